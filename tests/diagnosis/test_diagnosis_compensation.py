@@ -72,3 +72,18 @@ def test_a_step_of_what_bends_goes_further_with_it(problem: Problem) -> None:
     before = problem.errors(start)
     plain = np.abs(problem.errors(Point(bent, start.initial, slope)) - before).max()
     assert np.abs(problem.errors(along(problem, start, whole)(1.0)) - before).max() < 0.1 * plain
+
+
+def test_each_run_moves_as_the_slope_has_it_though_its_motion_changes(problem: Problem) -> None:
+    """The time constant divides the rate of turn, which changes with it: a product of two changes."""
+    start, names = problem.start, [q.name for q in problem.unknowns]
+    shared, local = np.zeros(len(names)), np.zeros((len(problem.trials), len(problem.local_offset(start)[0])))
+    shared[names.index("T")] = 2.0 * start.shared[names.index("T")]
+    at = problem.linearize(start, ())
+    straight = at.errors + at.shared @ shared
+    plain = np.abs(problem.errors(problem.moved(start, shared, local)) - straight)
+    whole = Solution(shared, np.zeros(0, dtype=np.intp), np.zeros((0, 0)), local)
+    left = np.abs(problem.errors(along(problem, start, whole)(1.0)) - straight)
+    for c in range(len(problem.outputs)):
+        own = problem.channel_of == c
+        assert left[own].max() < 0.05 * plain[own].max()

@@ -33,50 +33,68 @@ def compensated(problem: Problem, point: Point, shared: Array) -> Point:
 
     Those of a black box stay: its equations would be needed.
     """
-    if not can_compensate(problem):
+    model = problem.discrepancy
+    if not isinstance(model, DiscrepancyModel):
         return Point(shared, point.initial, point.forces)
-    change = _changes(problem, point, problem.states(point), shared)[0]
+    states = problem.states(point)
+    before, after = (_accelerations(problem, model, values, states) for values in (point.shared, shared))
+    change = _between_knots(problem, model, [b - a for a, b in zip(before, after)])
     return Point(shared, point.initial, point.forces - change)
 
 
 def along(problem: Problem, point: Point, whole: Solution) -> Callable[[float], Point]:
     """Where parts of a step lead, with missing forces in the place of what the step's slope leaves out.
 
-    To first order that is the step itself. Whatever the shared unknowns change beyond, a wind by its square or a rudder
-    by the flow of the propeller, is taken from the forces, so that each trial moves as the slope has it.
+    To first order that is the step itself. Whatever the shared unknowns and the motion change beyond, a wind by its
+    square, a rudder by the flow of the propeller or a damping by the speed, is taken from the forces, so that each
+    trial moves as the slope has it. Raises TypeError for a black box.
     """
-    states = problem.states(point)
+    model = problem.discrepancy
+    if not isinstance(model, DiscrepancyModel):
+        raise TypeError("a black box has no equations along which forces could be told")
+    near = problem.moved(point, whole.shared, whole.local, _SLOPE)
+    states, beside = problem.states(point), problem.states(near)
+    before = _accelerations(problem, model, point.shared, states)
+    after = _accelerations(problem, model, near.shared, beside)
+    slopes = [(b - a) / _SLOPE for a, b in zip(before, after)]
+    motions = [(b - a) / _SLOPE for a, b in zip(states, beside)]
 
     def to(part: float) -> Point:
         moved = problem.moved(point, whole.shared, whole.local, part)
-        change, slope = _changes(problem, point, states, moved.shared)
-        return Point(moved.shared, moved.initial, moved.forces - (change - slope))
+        there = [motion + part * slope for motion, slope in zip(states, motions)]
+        found = _accelerations(problem, model, moved.shared, there)
+        beyond = [c - a - part * slope for a, slope, c in zip(before, slopes, found)]
+        return Point(moved.shared, moved.initial, moved.forces - _between_knots(problem, model, beyond))
 
     return to
 
 
-def _changes(problem: Problem, point: Point, states: list[Array], shared: Array) -> tuple[Array, Array]:
-    """Change of the forces (T, E, K) by other shared unknowns along a motion, states (n, S) by trial; and its slope."""
-    model, found = problem.discrepancy, np.zeros((2, *point.forces.shape))
-    columns = np.flatnonzero(shared != point.shared)
-    if not isinstance(model, DiscrepancyModel) or not columns.size:
-        return found[0], found[1]
-    names = [problem.unknowns[k].name for k in columns]
-    here, there = point.shared[columns], shared[columns]
-    candidates = np.stack([here, there, here + _SLOPE * (there - here)])
+def _accelerations(problem: Problem, model: DiscrepancyModel, shared: Array, states: list[Array]) -> list[Array]:
+    """Accelerations (n, E) along each trial's motion (n, S) by the equations with these shared unknowns.
+
+    Each trial's own missing forces are not among them.
+    """
     order = [channel.name for channel in model.states]
     rows = [order.index(state) for state in problem.equations]
-    nominal = {**problem.space.nominal(), **problem.named(point)}
-    for number, (trial, motion) in enumerate(zip(problem.trials, states)):
+    names = [unknown.name for unknown in problem.unknowns]
+    found = []
+    for trial, motion in zip(problem.trials, states):
         t = np.asarray(trial.t)
         inputs = np.stack([np.asarray(trial.inputs[channel.name]) for channel in model.inputs], axis=1)
         own = np.full(t.size, model.number_of(trial.name))
-        before, after, beside = evaluate_rhs(model, candidates, names, nominal, motion, inputs, t, trial=own)[..., rows]
-        both = np.concatenate([after - before, (beside - before) / _SLOPE], axis=1)
-        finite = np.isfinite(both).all(axis=1)
+        rates = evaluate_rhs(model, shared, names, problem.space.nominal(), motion, inputs, t, trial=own)
+        found.append(rates[:, rows])
+    return found
+
+
+def _between_knots(problem: Problem, model: DiscrepancyModel, series: list[Array]) -> Array:
+    """Accelerations (n, E) of each trial as straight lines between knots (T, E, K); what is not finite counts not."""
+    found = np.zeros((len(series), len(problem.equations), problem.settings.knots))
+    for number, (trial, values) in enumerate(zip(problem.trials, series)):
+        t, finite = np.asarray(trial.t), np.isfinite(values).all(axis=1)
         basis = hats(t[finite] - t[0], model.spacing, problem.settings.knots)
         gram = basis.T @ basis
         # Knots beyond the end of a trial hold nothing.
         gram[np.diag_indices_from(gram)] += _RIDGE * max(float(np.trace(gram)), 1.0)
-        found[:, number] = np.linalg.solve(gram, basis.T @ both[finite]).T.reshape(2, len(rows), -1)
-    return found[0], found[1]
+        found[number] = np.linalg.solve(gram, basis.T @ values[finite]).T
+    return found

@@ -184,8 +184,9 @@ def fit_once(
     beside = f"{'with' if discrepancy else 'without'} discrepancy over {found.problem.settings.knots} knots"
     library = len(found.problem.effects)
     name = f"fit {'+'.join(key)} {beside} of {library} effects, attempt {attempt}"
-    sections = found.problem.settings.sections
-    name += f", in {sections} sections" if sections > 1 else ""
+    settings = found.problem.settings
+    name += f", in {settings.sections} sections" if settings.sections > 1 else ""
+    name += "" if settings.near_orders else ", actuators anywhere at the start"
     stored = found.store.get(name)
     if stored is not None:
         return _kept(found, _restored(found.problem, key, discrepancy, stored, found.known))

@@ -24,7 +24,15 @@ from seatruth.diagnosis.discrepancy.model import DiscrepancyModel, can_carry, hu
 from seatruth.diagnosis.few_runs import FewRuns
 from seatruth.diagnosis.sections import in_sections, knots_of_section
 from seatruth.diagnosis.settings import Settings
-from seatruth.diagnosis.usual_sizes import from_zero, grouped, inertias_of, spread_of, usual_rate, with_prior
+from seatruth.diagnosis.usual_sizes import (
+    from_zero,
+    grouped,
+    inertias_of,
+    near_orders,
+    spread_of,
+    usual_rate,
+    with_prior,
+)
 from seatruth.effects import Effect, with_effects
 from seatruth.effects.each_trial import EachTrial
 from seatruth.models.base import Model
@@ -129,10 +137,10 @@ class Problem:
         )  # fmt: skip
         self.few_runs = FewRuns(self, self._simulator) if isinstance(self._simulator, BlackBoxSimulator) else None
         blocks = 4 * settings.knots
-        self.usual = np.array(
-            [usual_rate(study.model, trials, s, blocks, self._scale_of(s)) for s in self.equations], dtype=np.float64
-        )
+        usual = [usual_rate(study.model, trials, s, blocks, self._scale_of(s)) for s in self.equations]
+        self.usual = np.array(usual, dtype=np.float64)
         self._kept = threading.local()
+        self.initial_sd: Array = np.zeros(0)
         self._set_up_initial_states()
         self._set_up_errors()
         self.start = Point(
@@ -140,16 +148,18 @@ class Problem:
             self.initial_mean.copy(),
             np.zeros((len(self.trials), len(self.equations), settings.knots)),
         )
+        if settings.near_orders and self.few_runs is None and self.model.servos:
+            motions = self.states(self.start)
+            self.initial_sd = near_orders(self.model, self.trials, motions, self.initial_names, self.initial_sd)
 
     def in_sections(self, sections: int) -> Problem:
         """The same with its longest trial cut into so many sections. Not for a black box, whose runs are counted."""
         knots = knots_of_section(self.settings.knots, sections)
         settings = replace(self.settings, sections=sections, knots=knots)
-        return Problem(self.study, list(self.effects.values()), settings, threads=self.threads)
+        return self.with_settings(settings)
 
-    def with_knots(self, knots: int) -> Problem:
-        """The same with each trial's own forces between so many knots. Not for a black box, whose runs are counted."""
-        settings = replace(self.settings, knots=knots)
+    def with_settings(self, settings: Settings) -> Problem:
+        """The same with other settings. Not for a black box, whose runs are counted."""
         return Problem(self.study, list(self.effects.values()), settings, threads=self.threads)
 
     def with_effects(self, further: Iterable[Effect]) -> Problem:

@@ -55,7 +55,8 @@ def refine(found: Search, say: Callable[[int], None]) -> Search:
     while knots <= most:
         say(knots)
         # From the forces of a fit that did not converge, too: it says nothing of finer ones, with which the next may.
-        forces, at, problem = between(forces), found.fits[(), True], first.with_knots(knots)
+        problem = first.with_settings(replace(first.settings, knots=knots))
+        forces, at = between(forces), found.fits[(), True]
         finer = Search(problem, found.known, store=found.store)
         start, sizes = Point(at.point.shared, at.point.initial, forces), _over(at, found.problem, problem)
         if at.settled and _promised(finer, start, sizes) < at.evidence + _FINER:

@@ -14,6 +14,7 @@ from functools import partial
 
 import numpy as np
 
+from seatruth.diagnosis.actuator_starts import anywhere
 from seatruth.diagnosis.choice import WITHOUT, additions, singles
 from seatruth.diagnosis.directions import fit_directions
 from seatruth.diagnosis.fit import Fit
@@ -123,15 +124,21 @@ def _begun(problem: Problem, store: Checkpoint, say: Say, expected: int, *, may_
     """
     sections = most_sections(problem.trials) if may_cut and problem.few_runs is None else 1
     for count, cut in ((1, sections > 1), (sections, True), (1, False)):
-        at = problem if count == 1 else problem.in_sections(count)
-        found = Search(at, noise_prior(at), store=store, may_cut=cut)
-        found.bare = at.few_runs is not None and at.discrepancy is not None
         try:
-            fit_null(found)
+            found = _with_model_alone(problem if count == 1 else problem.in_sections(count), store, may_cut=cut)
             break
         except RunsBend:
             say(f"trials in {sections} sections" if count == 1 else "whole trials", 0, expected)
     return found
+
+
+def _with_model_alone(problem: Problem, store: Checkpoint, *, may_cut: bool) -> Search:
+    """A search with the model alone fitted. Raises as `fit_null`."""
+    found = Search(problem, noise_prior(problem), store=store, may_cut=may_cut)
+    found.bare = problem.few_runs is not None and problem.discrepancy is not None
+    fit_null(found)
+    wider = anywhere(found)
+    return found if wider is None else _with_model_alone(wider, store, may_cut=may_cut)
 
 
 def _in_words(key: Key) -> str:

@@ -27,6 +27,9 @@ class Settings:
     fifths of the prior beyond twice the typical magnitude."""
     initial_width: float = 10.0
     """Prior standard deviation of an initial state over the spread of its record. [S] As good as unknown."""
+    near_orders: bool = True
+    """Whether actuators begin each trial near their orders; a search drops it where they do not (`actuator_starts.py`).
+    """
     sections: int = 1
     """Sections of the longest trial; a search sets it where whole runs cannot be fitted (`sections.py`)."""
     knots: int = 12
