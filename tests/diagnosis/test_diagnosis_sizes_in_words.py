@@ -9,7 +9,7 @@ import pytest
 
 from seatruth.diagnosis.sizes_in_words import effect_in_words
 from seatruth.diagnosis.verdict import EffectParameter
-from seatruth.effects import available
+from seatruth.effects import available, dimensions_of
 from seatruth.models import Channel, Model, Order, Rudder, load_model, with_servos
 
 SHIP = load_model("mmg")
@@ -43,6 +43,26 @@ def test_other_effects_keep_their_words() -> None:
     form = next(one for one in available()["thruster_rate_limit"].variants(twin) if one.which)
     assert effect_in_words(form, twin, (slowness(2.0, 0.1, "s"),)) == "slowness 2.0 +- 0.1 s"
     assert effect_in_words(available()["rudder_rate_limit"], SHIP, ()) == ""
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "stderr", "unit", "words"),
+    [
+        ("net_weight", 0.001, 0.0001, "1", "0.0305 +- 0.0031 kg"),
+        ("buoyancy_gradient", -1e-4, 1e-5, "1/m", "-0.00305 +- 0.00031 kg/m"),
+        ("flooding", 1e-5, 1e-6, "1/s", "1.10 +- 0.11 kg/h, lever -0.20 +- 0.01"),
+    ],
+)
+def test_weights_are_told_in_kilograms(name: str, value: float, stderr: float, unit: str, words: str) -> None:
+    """A share of the mass is what the equations want, and not what a crew weighs."""
+    torpedo = load_model("torpedo")
+    size = dimensions_of(torpedo)
+    assert size is not None
+    assert size.mass == 30.5
+    share = EffectParameter("share", unit, value, stderr, 0.0, 0.0, 0.0, 1.0)
+    lever = EffectParameter("lever", "1", -0.2, 0.01, 0.0, 0.0, 0.0, 0.2)
+    parameters = (share, lever) if name == "flooding" else (share,)
+    assert effect_in_words(available()[name], torpedo, parameters) == words
 
 
 class Glider(Model):

@@ -103,7 +103,8 @@ def test_each_shows_at_its_typical_magnitude(one: Joint) -> None:
 def test_derivatives_at_the_null_are_slopes(one: Joint) -> None:
     exact = one.simulator.jacobian(one.null, one.first).dy
     assert np.isfinite(exact).all()
-    h = 1e-6
+    # Of what is far smaller than its unit, a part of its typical magnitude.
+    h = np.array([min(1e-6, 1e-3 * (abs(q.value) or 1.0)) for _, q in one.declared])
     ahead, far = np.tile(one.null, (2, len(one.null), 1))
     sides = np.array([1.0 if null < q.max else -1.0 for (_, q), null in zip(one.declared, one.null)])
     inside = np.array([q.min < null < q.max for (_, q), null in zip(one.declared, one.null)])
@@ -114,9 +115,9 @@ def test_derivatives_at_the_null_are_slopes(one: Joint) -> None:
     here = one.outputs(one.null[None])[0]
     for j, name in enumerate(one.names):
         if inside[j]:
-            slope = (near[j] - other[j]) / (2 * h)
+            slope = (near[j] - other[j]) / (2 * h[j])
         else:
-            slope = (4 * near[j] - other[j] - 3 * here) / (2 * h * sides[j])
+            slope = (4 * near[j] - other[j] - 3 * here) / (2 * h[j] * sides[j])
         assert exact[:, :, j] == pytest.approx(slope, abs=1e-5 * (1.0 + np.abs(slope).max())), name
 
 

@@ -31,8 +31,8 @@ SHEETS = Path(__file__).resolve().parents[2] / "experiments" / "withheld" / "she
 QUIET = {name: {o: Noise(1e-9, 0.0, 1.0) for o in family.outputs} for name, family in FAMILIES.items()}
 
 
-CHANGING = ("current_shear_along", "varying_current_along")
-"""Currents in a vertical plane that change with depth or time: reality does not make them yet."""
+CHANGING = ("current_shear_along", "varying_current_along", "buoyancy_gradient", "flooding")
+"""Currents in a vertical plane, and weights, that change with depth or time: reality does not make them yet."""
 UNCOVERED = {
     "ship": ("thruster_lag", "thruster_delay"),
     "tanker": ("thruster_lag", "thruster_delay"),

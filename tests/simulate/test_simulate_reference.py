@@ -29,7 +29,7 @@ EFFECTS: Sequence[tuple[str, tuple[str, ...]]] = (
     ("mmg", ("rudder_dead_band", "rudder_rate_limit", "position_delay")),
     ("mmg", ("rudder_backlash", "shallow_water", "propeller_walk", "speed_scale")),
     ("abkowitz", ("varying_current", "wave_forces", "rate_delay", "compass_deviation")),
-    ("diving_plane", ("depth_lag", "net_weight", "cross_flow_vertical", "plane_gain", "pitch_delay")),
+    ("diving_plane", ("depth_lag", "net_weight", "flooding", "cross_flow_vertical", "plane_gain", "pitch_delay")),
 )
 CANDIDATES = 17
 """More than one block of the widest kind, so that kernels of both widths run."""

@@ -8,7 +8,8 @@ from dataclasses import replace
 
 from seatruth.diagnosis.sentences import size_in_words
 from seatruth.diagnosis.verdict import EffectParameter
-from seatruth.effects import Effect
+from seatruth.effects import Effect, dimensions_of
+from seatruth.effects.causes import is_within
 from seatruth.effects.each_trial import EachTrial
 from seatruth.effects.rate_limits import RateLimit
 from seatruth.effects.targets import targets
@@ -16,15 +17,26 @@ from seatruth.models.actuators import radian_in
 from seatruth.models.base import Model
 from seatruth.text import with_error
 
+_WEIGHT = "loading.weight"
+"""Node of the tree of causes whose effects' magnitudes are shares of the vehicle's mass."""
+_KILOGRAMS = {"1": (1.0, "kg"), "1/m": (1.0, "kg/m"), "1/s": (3600.0, "kg/h")}
+"""What such a share is multiplied by, beside the mass, and the unit that it then has."""
+
 
 def effect_in_words(effect: Effect, model: Model, parameters: Sequence[EffectParameter]) -> str:
     """The size of an effect: "1.605 +- 0.006 deg/s in place of 2.8 deg/s", "angle 0.12 +- 0.02 deg".
 
     A rate limit of a rudder or a plane is that at which it turns, with the servo that the study states: its slowness
-    adds to the stated one. Where the input is no angle, sizes are in its unit: "angle 0.0021 +- 0.0003 m".
+    adds to the stated one. Where the input is no angle, sizes are in its unit: "angle 0.0021 +- 0.0003 m". Weights are
+    in kilograms.
     """
     if isinstance(effect, EachTrial) and len(effect.like().magnitudes) == 1 and parameters:
         return _over_trials(effect.like().magnitudes[0], effect, parameters)
+    size = dimensions_of(model) if is_within(effect.cause, _WEIGHT) else None
+    if size is not None:
+        return ", ".join(
+            _weight_in_words(q, size.mass) if q.name in effect.magnitudes else size_in_words((q,)) for q in parameters
+        )
     found = {(target.full, _unit(model, target.input)) for target in targets(effect, model)} if _steers(effect) else {}
     if len(found) != 1:
         return size_in_words(parameters)
@@ -34,6 +46,12 @@ def effect_in_words(effect: Effect, model: Model, parameters: Sequence[EffectPar
     if radian_in(unit) is None:
         parameters = [_in_unit(q, radian, unit) if q.unit == "rad" else q for q in parameters]
     return size_in_words(parameters)
+
+
+def _weight_in_words(q: EffectParameter, mass: float) -> str:
+    """A share of the vehicle's mass as kilograms: "0.0277 +- 0.0003 kg", "-0.00079 +- 0.00003 kg/m"."""
+    factor, unit = _KILOGRAMS[q.unit]
+    return f"{with_error(factor * mass * q.value, factor * mass * q.stderr)} {unit}"
 
 
 def _over_trials(name: str, effect: EachTrial, parameters: Sequence[EffectParameter]) -> str:

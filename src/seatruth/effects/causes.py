@@ -86,7 +86,10 @@ _SENSOR = {
 }
 _LOADING = {
     "loading": "the loading",
-    "loading.weight": "the net weight",
+    "loading.weight": "weight or buoyancy",
+    "loading.weight.constant": "the net weight",
+    "loading.weight.with_depth": "buoyancy that changes with the depth",
+    "loading.weight.with_time": "a weight that grows with time",
     "loading.centre_of_gravity": "the place of the centre of gravity",
     "loading.moving_liquid": "liquid that moves in the hull",
 }

@@ -45,14 +45,14 @@ class NetWeight(Effect):
 
     name = "net_weight"
     title = "net weight"
-    cause = "loading.weight"
+    cause = "loading.weight.constant"
     number = 24
     equation = "a weight share m g at the origin"
     source = "[L] statics; [S] magnitude of the catalogue: 0.1 to 2 % of the weight"
     kinds = ("auv", "glider")
     acts_on = ("surge", "heave")
     equivalent = ("dG", "m_disp", "nabla")
-    confused_with = ("plane_offset", "trim", "asymmetry", "depth_scale")
+    confused_with = ("plane_offset", "trim", "asymmetry", "depth_scale", "buoyancy_gradient", "flooding")
     distinguished_by = "the plane angle that it needs falls with 1/u^2: two speeds; seen at rest"
     needs_states = ("u", "w", "theta")
     needs_vehicle = ("dimensions",)
