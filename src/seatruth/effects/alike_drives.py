@@ -8,7 +8,8 @@ from collections.abc import Mapping
 from seatruth.effects.commands import NOT_COMPUTED
 from seatruth.effects.undeclared_actuators import bare, drive_inputs, resting_inputs, steering_inputs
 from seatruth.models.actuators import Thruster, push
-from seatruth.models.base import Environment, Model, record
+from seatruth.models.base import Model, record
+from seatruth.models.rates import rates_at
 
 AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 """Equations in the order of the components of a thruster's `push`."""
@@ -74,11 +75,9 @@ def _accelerations(model: Model, name: str, resting: Mapping[str, float], change
     """What a drive adds to the rates of the motions of a model at rest, by equation; NaN where it is not computed."""
     motions = [model.standard_of(state.name)[0] for state in model.states]
     rows = {_MOTIONS[motion]: k for k, motion in enumerate(motions) if motion in _MOTIONS}
-    s = record("States", model.states)(*(0.0 for _ in model.states))
-    p, i = record("Parameters", model.parameters)(**model.nominal()), record("Inputs", model.inputs)(**resting)
-    changed = i._replace(**{name: resting[name] + change * (abs(resting[name]) or 1.0)})
+    changed = {**resting, name: resting[name] + change * (abs(resting[name]) or 1.0)}
     try:
-        before, after = (model.rhs(s, one, p, Environment()) for one in (i, changed))
+        before, after = (rates_at(model, inputs=one) for one in (resting, changed))
         return {axis: float(after[k] - before[k]) for axis, k in rows.items()}
     except NOT_COMPUTED:
         return dict.fromkeys(rows, math.nan)

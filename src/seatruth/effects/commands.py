@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
-from seatruth.models.base import Environment, Model, record
+from seatruth.models.base import Model
+from seatruth.models.rates import rates_at
 
 FULL: Mapping[float, float] = MappingProxyType(
     {0.0: 1.0, 1500.0: 500.0, 50.0: 50.0, 127.5: 127.5, 90.0: 90.0, 0.5: 0.5}
@@ -90,8 +91,6 @@ def _steers(model: Model, name: str, free: Sequence[str], rest: float, motions: 
 
 def _rates(model: Model, inputs: Mapping[str, float], speed: float, motions: Sequence[str]) -> dict[str, float]:
     """Rates of the motions at a speed ahead, by their standard names; other drives turn or push with it."""
-    s = record("States", model.states)(*(speed if motion == "u" else 0.0 for motion in motions))
-    other = {channel.name: speed if channel.unit in ("rev/s", "N") else 0.0 for channel in model.inputs}
-    i = record("Inputs", model.inputs)(**{**other, **inputs})
-    p = record("Parameters", model.parameters)(**model.nominal())
-    return dict(zip(motions, (float(rate) for rate in model.rhs(s, i, p, Environment()))))
+    ahead = {state.name: speed for state, motion in zip(model.states, motions) if motion == "u"}
+    other = {channel.name: speed for channel in model.inputs if channel.unit in ("rev/s", "N")}
+    return dict(zip(motions, rates_at(model, ahead, {**other, **inputs}).tolist()))

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from seatruth.effects.commands import NOT_COMPUTED
-from seatruth.models.base import Environment, Model, record
+from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
+from seatruth.models.rates import rates_at
 
 _TRIED = 8
 """States at which it is tried. [S]"""
@@ -31,19 +30,15 @@ def depends_on(model: Model, standard: str) -> bool:
     if isinstance(model, BlackBox) or not places:
         return True
     rng = np.random.default_rng(0)
-    i = record("Inputs", model.inputs)(*(0.1 for _ in model.inputs))
-    p = record("Parameters", model.parameters)(**model.nominal())
+    names, inputs = [state.name for state in model.states], {channel.name: 0.1 for channel in model.inputs}
     for _ in range(_TRIED):
         here = rng.uniform(0.1, 1.0, size=len(model.states))
         there = here.copy()
         there[places] += _APART
         try:
-            rates = [
-                [float(rate) for rate in model.rhs(record("States", model.states)(*state), i, p, Environment())]
-                for state in (here.tolist(), there.tolist())
-            ]
+            one, other = (rates_at(model, dict(zip(names, state.tolist())), inputs) for state in (here, there))
         except NOT_COMPUTED:
             return True
-        if rates[0] != rates[1] or not all(map(math.isfinite, rates[0])):
+        if (one != other).any() or not np.isfinite(one).all():
             return True
     return False

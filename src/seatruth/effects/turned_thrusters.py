@@ -14,6 +14,7 @@ from seatruth.errors import BadInput
 from seatruth.models.actuators import Rudder, Thruster, push, radian_in, turned
 from seatruth.models.base import Environment, Model, record
 from seatruth.models.black_box import BlackBox
+from seatruth.models.rates import rates_at
 
 _ANGLE = 0.5
 """rad by which a pod is turned to see where it pushes. [S]"""
@@ -61,20 +62,17 @@ def _turn(model: Model, place: int, thruster: Thruster, angle: str) -> int:
     stopped = i._replace(**{angle: _ANGLE})
     running = stopped._replace(**{thruster.input: thruster.full})
 
-    def rates(inputs: object, e: Environment) -> Array:
-        return np.array([float(rate) for rate in model.rhs(s, inputs, p, e)])
-
     try:
         force = float(tuple(model.thrusts(s, running, p, Environment()))[place])
-        still = rates(stopped, Environment())
-        found = rates(running, Environment()) - still
+        still = rates_at(model, inputs=stopped._asdict())
+        found = rates_at(model, inputs=running._asdict()) - still
 
         def declared(by: float) -> Array:
             a, b, *_ = push(thruster, p)
             a, b = turned(a, b, by)
             way = push(replace(thruster, towards=(a, b, push(thruster, p)[2])), p)
             X, Y, Z, K, M, N = (force * part for part in way)
-            return rates(stopped, Environment(X=X, Y=Y, Z=Z, K=K, M=M, N=N)) - still
+            return rates_at(model, inputs=stopped._asdict(), e=Environment(X=X, Y=Y, Z=Z, K=K, M=M, N=N)) - still
 
         likeness = {sign: float(np.abs(found - declared(sign * _ANGLE)).max()) for sign in (0, 1, -1)}
     except NOT_COMPUTED:

@@ -15,8 +15,9 @@ from types import MappingProxyType
 
 from seatruth.effects.commands import FULL, FULL_RUDDER, NOT_COMPUTED, SteeringCommand, steering_commands
 from seatruth.models.actuators import COMMANDS, Rudder, at_full_power, radian_in
-from seatruth.models.base import Environment, Model, record
+from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
+from seatruth.models.rates import rates_at
 from seatruth.models.wrapper import ModelWrapper
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
 
@@ -188,11 +189,8 @@ def _acceleration(model: Model, inputs: Mapping[str, float]) -> float:
 
     Others do not rest: a weight pulls, and a list turns back.
     """
-    s = record("States", model.states)(*(0.0 for _ in model.states))
-    i = record("Inputs", model.inputs)(*(inputs.get(channel.name, 0.0) for channel in model.inputs))
-    p = record("Parameters", model.parameters)(**model.nominal())
     try:
-        rates = model.rhs(s, i, p, Environment())
+        rates = rates_at(model, inputs=inputs)
         return max(abs(float(rate)) for rate, c in zip(rates, model.states) if model.standard_of(c.name)[0] in "uvr")
     except NOT_COMPUTED:
         return math.nan
@@ -233,13 +231,10 @@ def _change(model: Model, name: str, rate: str) -> float:
     names = [model.standard_of(state.name)[0] for state in model.states]
     if rate not in names:
         return 0.0
-    s = record("States", model.states)(*(1.0 if state == "u" else 0.0 for state in names))
-    i = record("Inputs", model.inputs)(*(1.0 if channel.unit in _DRIVES else 0.0 for channel in model.inputs))
-    p = record("Parameters", model.parameters)(**model.nominal())
+    ahead = {state.name: 1.0 for state, standard in zip(model.states, names) if standard == "u"}
+    running = {channel.name: 1.0 for channel in model.inputs if channel.unit in _DRIVES}
     try:
-        before, after = (
-            model.rhs(s, i._replace(**{name: angle}), p, Environment())[names.index(rate)] for angle in (0.0, _TRIED)
-        )
+        before, after = (rates_at(model, ahead, {**running, name: angle})[names.index(rate)] for angle in (0.0, _TRIED))
     except NOT_COMPUTED:
         return 0.0
     return abs(after - before) if math.isfinite(after - before) else 0.0

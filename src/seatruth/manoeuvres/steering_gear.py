@@ -25,8 +25,9 @@ from seatruth.effects.undeclared_actuators import (
     unnamed_steering,
 )
 from seatruth.models.actuators import Rudder, Thruster
-from seatruth.models.base import Environment, Model, record
+from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
+from seatruth.models.rates import rates_at
 from seatruth.trials.trial import Trial
 
 Kind = Literal["rudder", "plane"]
@@ -119,14 +120,9 @@ def _sense(model: Model, name: str, kind: Kind, rest: float, step: float) -> flo
         elif channel.name in drive_inputs(model):
             here = inputs[channel.name]
             inputs[channel.name] = _REVOLUTIONS if channel.unit == "rev/s" else here + FULL.get(here, 1.0)
-    s = record("States", model.states)(*(_SPEED * one if standard == "u" else 0.0 for standard, one in states))
-    p = record("Parameters", model.parameters)(**model.nominal())
-    kind_of_inputs = record("Inputs", model.inputs)
+    ahead = {channel.name: _SPEED * one for channel, (standard, one) in zip(model.states, states) if standard == "u"}
     try:
-        before, after = (
-            float(model.rhs(s, kind_of_inputs(**{**inputs, name: value}), p, Environment())[places[0]])
-            for value in (rest, rest + step)
-        )
+        before, after = (rates_at(model, ahead, {**inputs, name: value})[places[0]] for value in (rest, rest + step))
     except NOT_COMPUTED:
         return 1.0
     turned = sign * states[places[0]][1] * (after - before)
