@@ -109,3 +109,30 @@ def delayed_slowly(value: Any, first: Any, second: Any, tau: Any, filter_time: f
     """
     share = tau / filter_time
     return value - share * (value - first) - share * (1.0 - 0.5 * share) * (value - 2.0 * first + second)
+
+
+def carried(position: Any, first: Any, second: Any, tau: Any, filter_time: float) -> Any:
+    """A position tau ago, or -tau ahead, from the two filters of `carried_rates` of its velocity.
+
+    As exact as `delayed`. The filters hold velocities, which they are at the start whatever tau is; those of a
+    position lag it by a way that depends on their time constant, and so on tau.
+    """
+    share = tau / _late(tau, filter_time)
+    return position - tau * (first + (1.0 - 0.5 * share) * (first - second))
+
+
+def carried_velocity(velocity: Any, first: Any, second: Any, tau: Any, filter_time: float) -> Any:
+    """The velocity tau ago, or -tau ahead, from the same two filters."""
+    share = tau / _late(tau, filter_time)
+    return velocity - share * (velocity - first) - share * (1.0 - 0.5 * share) * (velocity - 2.0 * first + second)
+
+
+def carried_rates(velocity: Any, first: Any, second: Any, tau: Any, filter_time: float) -> tuple[Any, Any]:
+    """Rates of two filters of a velocity, as slow as suits a delay; for what is early, as fast as can be."""
+    T = _late(tau, filter_time)
+    return (velocity - first) / T, (first - second) / T
+
+
+def _late(tau: Any, filter_time: float) -> Any:
+    late = 0.5 * _POLE * (tau + abs(tau))
+    return math.sqrt(late * late + filter_time * filter_time)

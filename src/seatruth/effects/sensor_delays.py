@@ -6,7 +6,16 @@ import math
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from seatruth.effects.filtered import Filtered, delay_rates, delayed, delayed_slowly, filter_rates
+from seatruth.effects.filtered import (
+    Filtered,
+    carried,
+    carried_rates,
+    carried_velocity,
+    delay_rates,
+    delayed,
+    delayed_slowly,
+    filter_rates,
+)
 from seatruth.effects.sensors import LOG
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
@@ -83,31 +92,28 @@ class ReceiverDelay(PositionDelay):
     """From no delay a fit may end at thrusters that are late instead, which follow the velocity ahead as well: of a
     boat whose receiver was late by 0.6 s it came to 0.015 s, 620 nats short."""
     states = (
-        *PositionDelay.states,
-        *(Channel(f"v_n_{k}", "m/s", f"velocity north after lag {k}") for k in (1, 2)),
-        *(Channel(f"v_e_{k}", "m/s", f"velocity east after lag {k}") for k in (1, 2)),
+        *(Channel(f"v_n_{k}", "m/s", f"velocity north after filter {k}") for k in (1, 2)),
+        *(Channel(f"v_e_{k}", "m/s", f"velocity east after filter {k}") for k in (1, 2)),
     )
+    follows: ClassVar[Mapping[str, str]] = {}
 
     def measured_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        late = super().measured_outputs(y, s, i, q, e)
-        return late._replace(
-            v_n=delayed_slowly(y.v_n, s.v_n_1, s.v_n_2, q.tau, self.filter_time),
-            v_e=delayed_slowly(y.v_e, s.v_e_1, s.v_e_2, q.tau, self.filter_time),
+        tau, T = q.tau, self.filter_time
+        return y._replace(
+            x=carried(y.x, s.v_n_1, s.v_n_2, tau, T),
+            y=carried(y.y, s.v_e_1, s.v_e_2, tau, T),
+            v_n=carried_velocity(y.v_n, s.v_n_1, s.v_n_2, tau, T),
+            v_e=carried_velocity(y.v_e, s.v_e_1, s.v_e_2, tau, T),
         )
 
     def rates_from_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
         return (
-            *super().rates_from_outputs(y, s, i, q, e),
-            *filter_rates(y.v_n, s.v_n_1, s.v_n_2, 0.0, self.filter_time),
-            *filter_rates(y.v_e, s.v_e_1, s.v_e_2, 0.0, self.filter_time),
+            *carried_rates(y.v_n, s.v_n_1, s.v_n_2, q.tau, self.filter_time),
+            *carried_rates(y.v_e, s.v_e_1, s.v_e_2, q.tau, self.filter_time),
         )
 
     def initial_state(self, y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
-        # In a turn at the start the velocity turns with the vehicle; how its size changes no output tells.
-        T, r = self.filter_time, getattr(y, "r", 0.0)
-        north, east = -r * y.v_e, r * y.v_n
-        velocity = y.v_n - T * north, y.v_n - 2.0 * T * north, y.v_e - T * east, y.v_e - 2.0 * T * east
-        return (*super().initial_state(y, i, p, q), *velocity)
+        return y.v_n, y.v_n, y.v_e, y.v_e
 
 
 class HeadingDelay(Filtered):
