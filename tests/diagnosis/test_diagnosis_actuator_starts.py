@@ -66,26 +66,6 @@ def whole(ship_folder: Path) -> list[Trial]:
     return runs(ship_folder)
 
 
-def test_an_actuator_begins_as_far_from_its_order_as_it_usually_is(ship_folder: Path, whole: list[Trial]) -> None:
-    at = problem(ship_folder, whole)
-    place = at.initial_names.index("delta_acting")
-    column = [channel.name for channel in at.model.states].index("delta_acting")
-    motions = at.states(at.start)
-    behind = np.concatenate([np.asarray(t.inputs["delta"]) - x[:, column] for t, x in zip(at.trials, motions)])
-    assert at.initial_sd[place] == pytest.approx(np.sqrt(np.mean(behind**2)))
-    anywhere = problem(ship_folder, whole, Settings(near_orders=False))
-    assert anywhere.initial_sd[place] == pytest.approx(math.radians(40.0))
-    assert at.initial_sd[place] < 0.3 * anywhere.initial_sd[place]
-    others = [k for k in range(len(at.initial_names)) if k != place]
-    np.testing.assert_array_equal(at.initial_sd[others], anywhere.initial_sd[others])
-
-
-def test_an_actuator_that_never_lags_still_has_some_room(ship_folder: Path, whole: list[Trial]) -> None:
-    steady = [replace(trial, inputs={"delta": np.full(len(trial), 0.2)}) for trial in whole]
-    at = problem(ship_folder, steady)
-    assert at.initial_sd[at.initial_names.index("delta_acting")] == pytest.approx(0.01 * 0.2)
-
-
 def starts(found: Search) -> np.ndarray:
     """Where the rudder of each trial began by the model alone, rad."""
     return np.asarray(found.null.point.initial[:, found.problem.initial_names.index("delta_acting")])

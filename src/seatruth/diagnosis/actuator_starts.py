@@ -35,13 +35,15 @@ def anywhere(found: Search) -> Problem | None:
     gear of one rate that stands at its order has no slope there: only from elsewhere is it seen.
     """
     problem, fit = found.problem, found.fits.get(((), False))
-    if fit is None or not problem.settings.near_orders or problem.few_runs is not None:
+    settings = problem.settings
+    # A section begins under way, where nobody cut the record: its actuators are known to have followed their orders.
+    if fit is None or not settings.near_orders or settings.sections > 1 or problem.few_runs is not None:
         return None
     servos = {servo.state for servo in problem.model.servos}
     places = [place for place, name in enumerate(problem.initial_names) if name in servos]
     if not places:
         return None
-    wide = problem.with_settings(replace(problem.settings, near_orders=False))
+    wide = problem.with_settings(replace(settings, near_orders=False))
     begin = _after_steps(wide, fit, fit.point, 0)
     starts = [fit.point]
     for place in places:

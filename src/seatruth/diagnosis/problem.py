@@ -23,16 +23,9 @@ from seatruth.diagnosis.discrepancy.black_box import DiscrepancyBlackBox
 from seatruth.diagnosis.discrepancy.model import DiscrepancyModel, can_carry, humps_of, scales_of, with_forces
 from seatruth.diagnosis.few_runs import FewRuns
 from seatruth.diagnosis.sections import in_sections, knots_of_section
+from seatruth.diagnosis.servo_starts import begun_under_way, near_orders
 from seatruth.diagnosis.settings import Settings
-from seatruth.diagnosis.usual_sizes import (
-    from_zero,
-    grouped,
-    inertias_of,
-    near_orders,
-    spread_of,
-    usual_rate,
-    with_prior,
-)
+from seatruth.diagnosis.usual_sizes import from_zero, grouped, inertias_of, spread_of, usual_rate, with_prior
 from seatruth.effects import Effect, with_effects
 from seatruth.effects.each_trial import EachTrial
 from seatruth.models.base import Model
@@ -102,7 +95,8 @@ class Problem:
         self.study, self.settings = study, settings
         self.effects = {effect.name: effect for effect in effects}
         self.outputs = [channel.name for channel in study.model.outputs]
-        trials = in_sections([from_zero(trial) for trial in decimate(list(study.trials), self.outputs)], settings)
+        whole = [from_zero(trial) for trial in decimate(list(study.trials), self.outputs)]
+        trials = in_sections(whole, settings)
         model: Model = with_effects(study.model, effects)
         self.discrepancy: DiscrepancyModel | DiscrepancyBlackBox | None = None
         if can_carry(study.model):
@@ -141,7 +135,7 @@ class Problem:
         self.usual = np.array(usual, dtype=np.float64)
         self._kept = threading.local()
         self.initial_sd: Array = np.zeros(0)
-        self._set_up_initial_states()
+        self._set_up_initial_states(whole)
         self._set_up_errors()
         self.start = Point(
             np.array([q.value for q in self.unknowns]),
@@ -334,13 +328,14 @@ class Problem:
         taken = {int(k) for columns in self.columns.values() for k in columns} | {int(k) for k in self.terms}
         self.coefficients = np.array([k for k in range(len(self.unknowns)) if k not in taken], dtype=np.intp)
 
-    def _set_up_initial_states(self) -> None:
+    def _set_up_initial_states(self, whole: Sequence[Trial]) -> None:
         """Free initial states: all that are not hidden. What no output shows of them stays at its prior mean."""
         names = [channel.name for channel in self.model.states]
         follows = set(self.model.follows)
         self.initial_names = tuple(n for n in names if n not in self.model.hidden and n not in follows)
         self._initial_columns = [names.index(name) for name in self.initial_names]
-        base = self._simulator.initial_states
+        first: Array = self._simulator.initial_states
+        base = begun_under_way(self.model, whole, self.trials, self.space.nominal(), first)
         self.initial_mean = base[:, self._initial_columns].copy()
         spread = [spread_of(self.model, self.trials, name) for name in self.initial_names]
         # An actuator stands somewhere among its orders; what is measured may begin anywhere.

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from seatruth.arrays import Array, Indices
+from seatruth.arrays import Indices
 from seatruth.diagnosis.discrepancy.black_box import inertias
 from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
@@ -16,10 +16,6 @@ from seatruth.models.motion_records import motion, unrecorded_range
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.simulate import simulator
 from seatruth.trials.trial import Trial
-
-_LEAST_LAG = 0.01
-"""Least prior deviation of an actuator from its first order, as a part of the range of orders: that of one which hardly
-lags. [S]"""
 
 
 def with_prior(parameter: Parameter, relative_sd: float) -> Parameter:
@@ -53,29 +49,6 @@ def spread_of(model: Model, trials: Sequence[Trial], name: str) -> float:
     finite = finite[np.isfinite(finite)]
     size = float(np.ptp(finite)) if finite.size else unrecorded_range(model, trials, name)
     return size if size > 0.0 else 1.0
-
-
-def near_orders(
-    model: Model, trials: Sequence[Trial], states: Sequence[Array], names: Sequence[str], sd: Array
-) -> Array:
-    """Prior deviations (I,) of initial states, those of actuators no wider than they usually are from their orders.
-
-    `sd` (I,) are the deviations of the initial states of these names where nothing else is known, `states` (n, S) the
-    motions by the model as it is declared, by trial.
-    """
-    found, order = np.array(sd), [channel.name for channel in model.states]
-    angles = {channel.name for channel in model.inputs if channel.angle}
-    for servo in model.servos:
-        if servo.state not in names:
-            continue
-        column, place = order.index(servo.state), list(names).index(servo.state)
-        behind = np.concatenate([np.asarray(t.inputs[servo.input]) - x[:, column] for t, x in zip(trials, states)])
-        if servo.input in angles:
-            behind = (behind + math.pi) % (2.0 * math.pi) - math.pi
-        behind = behind[np.isfinite(behind)]
-        usual = float(np.sqrt(np.mean(behind**2))) if behind.size else math.inf
-        found[place] *= min(1.0, max(_LEAST_LAG, usual / found[place]))
-    return found
 
 
 def usual_rate(model: Model, trials: Sequence[Trial], state: str, blocks: int, scale: float) -> float:
