@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import small_case as small
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
 from seatruth.diagnosis.cross_validation import (
@@ -17,6 +19,7 @@ from seatruth.diagnosis.cross_validation import (
     lower_bound,
     predictive_gains,
     summary,
+    surely_positive,
     validate,
 )
 from seatruth.diagnosis.hypotheses import Search
@@ -53,6 +56,36 @@ def test_one_trial_against_the_others_refuses() -> None:
 
 def test_without_trials_there_is_no_bound() -> None:
     assert math.isnan(lower_bound(np.zeros(0), 0.05))
+
+
+def test_few_trials_that_show_an_effect_suffice_where_the_model_meets_its_noise() -> None:
+    """Two zigzags gain 17 nats, and five other trials nothing."""
+    gains = np.array([7.9, -1.0, -1.8, 9.5, 2.1, 1.3, -1.1])
+    assert lower_bound(gains, 0.05) < 0.0
+    assert surely_positive(gains, 0.05, meets_noise=True)
+    assert not surely_positive(gains, 0.05, meets_noise=False)
+    one = np.array([20.0, -1.0, 1.0, 1.5, -0.5])
+    assert not surely_positive(one, 0.05, meets_noise=True)
+    assert surely_positive(np.array([5.0, 6.0, 4.0, 7.0]), 0.05, meets_noise=False)
+    assert not surely_positive(np.zeros(0), 0.05, meets_noise=True)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 10**6), st.floats(0.3, 3.0))
+def test_odds_are_rarely_on_the_side_of_what_does_not_act(seed: int, size: float) -> None:
+    """A mean that is zero, predicted from others with a prior of this size for it: 400 records of six trials."""
+    rng, count = np.random.default_rng(seed), 6
+    y = rng.normal(size=(400, count))
+    said = 0
+    for record in y:
+        gains = np.zeros(count)
+        for k in range(count):
+            others = np.delete(record, k)
+            tightness = 1.0 / size**2 + len(others)
+            mean, spread = others.sum() / tightness, 1.0 + 1.0 / tightness
+            gains[k] = 0.5 * record[k] ** 2 - 0.5 * (record[k] - mean) ** 2 / spread - 0.5 * math.log(spread)
+        said += surely_positive(gains, 0.05, meets_noise=True) and not lower_bound(gains, 0.05) > 0.0
+    assert said <= 0.05 * len(y)
 
 
 MANY = 10**18

@@ -14,7 +14,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis import posterior
 from seatruth.diagnosis.clusters import Cluster
-from seatruth.diagnosis.cross_validation import lower_bound, predictive_gains, validate
+from seatruth.diagnosis.cross_validation import lower_bound, predictive_gains, surely_positive, validate
 from seatruth.diagnosis.decision import Decision, decide
 from seatruth.diagnosis.discrepancy.report import describe
 from seatruth.diagnosis.experiment_design.select import next_trial, with_motion
@@ -174,7 +174,7 @@ class Assembly:
             fit = None if whole is None else ensure(self.search, key, whole)
         if fit is None or fit.significance(self.problem, name) < self.settings.least_noncentrality:
             return False
-        return lower_bound(self.gains(name, key), self.settings.significance) > 0.0
+        return surely_positive(self.gains(name, key), self.settings.significance, meets_noise=not self._leaves_a_gap)
 
     def gains(self, name: str, key: Key) -> Array:
         """Log predictive density of trials left out, with an effect of a set less without it."""

@@ -84,6 +84,28 @@ def lower_bound(gains: Array, level: float) -> float:
     return float(np.quantile(gains[draws].sum(axis=1), level))
 
 
+def surely_positive(gains: Array, level: float, *, meets_noise: bool) -> bool:
+    """Whether the gains (T,) of trials left out, nats, are surely positive, one-sided at this level.
+
+    By a bootstrap over trials, which asks of the models only that trials are alike. They are not where a few of them
+    excite what an effect does. Where the model without it meets its noise, so that its densities can be trusted, odds
+    decide as well: if the effect did not act, gains of ln(1 / level) or more would have a probability of `level` at
+    most (Markov's inequality: their exponentials have a mean of 1 in each order of the trials). They must be reached
+    without the trial that gains most.
+
+    Example:
+        >>> import numpy as np
+        >>> few = np.array([8.0, -1.0, -1.5, 7.0, 2.0, 1.0, -1.0])
+        >>> [surely_positive(few, 0.05, meets_noise=meets) for meets in (False, True)]
+        [False, True]
+        >>> surely_positive(np.array([14.0, -1.0, 1.0, 0.5]), 0.05, meets_noise=True)
+        False
+    """
+    if not len(gains) or lower_bound(gains, level) > 0.0:
+        return bool(len(gains))
+    return meets_noise and float(gains.sum() - gains.max()) > -math.log(level)
+
+
 def _predictive(problem: Problem, at: Fit) -> Array:
     """Log predictive density of each trial, or of each block of a single one, given others, as `predictive_gains`."""
     if len(problem.trials) > 1:
