@@ -84,10 +84,23 @@ def test_a_pod_that_is_declared_to_push_one_way_is_refused(sign: float, said: st
         def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
             return Tug.rhs(s, i._replace(azimuth=sign * i.azimuth), p, e)
 
-    with pytest.raises(BadInput, match="turns the thruster 'pod', which is declared to push in one direction") as told:
+    way = "clockwise" if sign > 0 else "anticlockwise"
+    fixed = f"turns the thruster 'pod' {way}, seen from above, which is declared to push in one direction"
+    with pytest.raises(BadInput, match=fixed) as told:
         check_turned_thrusters(Fixed())
     assert f"turned_by={said}" in told.value.do
     check_turned_thrusters(Tug())
+
+
+def test_a_pod_that_is_declared_to_turn_the_other_way_is_refused() -> None:
+    """Of an outboard whose angle counts to starboard the thrust points to port: effects would act mirrored."""
+
+    class Mirrored(Tug):
+        actuators = (Tug.actuators[0], replace(POD, turned_by="-azimuth"))
+
+    with pytest.raises(BadInput, match='clockwise, seen from above, which is declared turned_by="-azimuth"') as told:
+        check_turned_thrusters(Mirrored())
+    assert 'turned_by="azimuth"' in told.value.do
 
 
 def test_a_rudder_in_the_wash_turns_no_thruster() -> None:

@@ -37,7 +37,7 @@ def _row(effect: Effect) -> tuple[str, ...]:
         effect.cause,
         _plain(effect.equation),
         "; ".join(_parameter(effect, q.name) for q in effect.parameters),
-        ", ".join(effect.acts_on),
+        ", ".join(effect.acts_on) + (f" of {', '.join(effect.kinds)} only" if effect.kinds else ""),
         ", ".join(f"`{name}`" for name in effect.equivalent),
         _plain(f"{apart}: {effect.distinguished_by}" if apart else effect.distinguished_by),
     )

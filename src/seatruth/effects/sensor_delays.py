@@ -92,28 +92,43 @@ class ReceiverDelay(PositionDelay):
     """From no delay a fit may end at thrusters that are late instead, which follow the velocity ahead as well: of a
     boat whose receiver was late by 0.6 s it came to 0.015 s, 620 nats short."""
     states = (
-        *(Channel(f"v_n_{k}", "m/s", f"velocity north after filter {k}") for k in (1, 2)),
-        *(Channel(f"v_e_{k}", "m/s", f"velocity east after filter {k}") for k in (1, 2)),
+        *(Channel(f"v_n_{k}", "m/s", f"velocity north after filter {k}") for k in (1, 2, 3, 4)),
+        *(Channel(f"v_e_{k}", "m/s", f"velocity east after filter {k}") for k in (1, 2, 3, 4)),
     )
+    """Two pairs a direction, each of which is late by half of the delay: a planing boat turns by 20 deg within it."""
     follows: ClassVar[Mapping[str, str]] = {}
 
     def measured_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        tau, T = q.tau, self.filter_time
-        return y._replace(
-            x=carried(y.x, s.v_n_1, s.v_n_2, tau, T),
-            y=carried(y.y, s.v_e_1, s.v_e_2, tau, T),
-            v_n=carried_velocity(y.v_n, s.v_n_1, s.v_n_2, tau, T),
-            v_e=carried_velocity(y.v_e, s.v_e_1, s.v_e_2, tau, T),
-        )
+        half, T = 0.5 * q.tau, self.filter_time
+        x, v_n = _carried_on(y.x, y.v_n, (s.v_n_1, s.v_n_2), half, T)
+        x, v_n = _carried_on(x, v_n, (s.v_n_3, s.v_n_4), half, T)
+        east, v_e = _carried_on(y.y, y.v_e, (s.v_e_1, s.v_e_2), half, T)
+        east, v_e = _carried_on(east, v_e, (s.v_e_3, s.v_e_4), half, T)
+        return y._replace(x=x, y=east, v_n=v_n, v_e=v_e)
 
     def rates_from_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
+        half, T = 0.5 * q.tau, self.filter_time
+        v_n = carried_velocity(y.v_n, s.v_n_1, s.v_n_2, half, T)
+        v_e = carried_velocity(y.v_e, s.v_e_1, s.v_e_2, half, T)
         return (
-            *carried_rates(y.v_n, s.v_n_1, s.v_n_2, q.tau, self.filter_time),
-            *carried_rates(y.v_e, s.v_e_1, s.v_e_2, q.tau, self.filter_time),
+            *carried_rates(y.v_n, s.v_n_1, s.v_n_2, half, T),
+            *carried_rates(v_n, s.v_n_3, s.v_n_4, half, T),
+            *carried_rates(y.v_e, s.v_e_1, s.v_e_2, half, T),
+            *carried_rates(v_e, s.v_e_3, s.v_e_4, half, T),
         )
 
     def initial_state(self, y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
-        return y.v_n, y.v_n, y.v_e, y.v_e
+        return (*(y.v_n for _ in range(4)), *(y.v_e for _ in range(4)))
+
+
+def _carried_on(
+    position: Any, velocity: Any, filters: tuple[Any, Any], tau: Any, filter_time: float
+) -> tuple[Any, Any]:
+    """A position and its velocity tau ago, from the two filters of the velocity."""
+    return (
+        carried(position, *filters, tau, filter_time),
+        carried_velocity(velocity, *filters, tau, filter_time),
+    )
 
 
 class HeadingDelay(Filtered):

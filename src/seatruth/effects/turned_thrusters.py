@@ -1,4 +1,4 @@
-"""Thrusters that a model turns, though it names them as pushing in one direction."""
+"""Thrusters that a model turns otherwise than it says of them."""
 
 from __future__ import annotations
 
@@ -23,11 +23,12 @@ _SAME = 1e-6
 
 
 def check_turned_thrusters(model: Model) -> None:
-    """Raises BadInput where one of a model's thrusters pushes as a pod does that one of its rudders turns.
+    """Raises BadInput where a rudder turns a thruster that is declared otherwise: fixed, or turned the other way.
 
-    Effects on it would act along `towards`, whatever the angle: a pod that gives 15 % less than its model then shows no
-    loss at all. Asked is the model at rest, with the thruster at full power and the rudder at an angle: what it does is
-    compared with the declared force, along `towards` and turned from it. A rudder in a propeller's wash is neither.
+    Effects on it would act along `towards`, whatever the angle, or mirrored: a pod that gives 15 % less than its model
+    then shows no loss at all. Asked is the model at rest, with the thruster at full power and the rudder at an angle:
+    what it does is compared with the declared force, along `towards` and turned from it. A rudder in a propeller's
+    wash is neither.
 
     Example:
         >>> from seatruth import load_model
@@ -39,12 +40,16 @@ def check_turned_thrusters(model: Model) -> None:
     rudders = [one for one in model.actuators if isinstance(one, Rudder) and one.kind == "rudder"]
     for place, thruster in enumerate(thrusters):
         for rudder in rudders:
-            sign = _turn(model, place, thruster, rudder.input) if thruster.turned_by is None else 0
-            if sign:
-                words = f"{'-' if sign < 0 else ''}{rudder.input}"
+            told = thruster.turned_by
+            if told is not None and told.removeprefix("-") != rudder.input:
+                continue
+            sign = _turn(model, place, thruster, rudder.input)
+            words = f"{'-' if sign < 0 else ''}{rudder.input}"
+            if sign and told != words:
+                way = "to push in one direction" if told is None else f'turned_by="{told}"'
                 raise BadInput(
-                    f"its input {rudder.input!r} turns the thruster {thruster.name!r}, which is declared to push in "
-                    "one direction",
+                    f"its input {rudder.input!r} turns the thruster {thruster.name!r} "
+                    f"{'clockwise' if sign > 0 else 'anticlockwise'}, seen from above, which is declared {way}",
                     where=f"model {model.name!r}",
                     do=f'Declare it as Thruster(..., turned_by="{words}"), so that effects turn with it.',
                 )
