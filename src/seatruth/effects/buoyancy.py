@@ -2,27 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
 from seatruth.effects.base import Effect
 from seatruth.effects.kinematics import G
+from seatruth.effects.loading import with_weight
 from seatruth.models.parameter import Parameter, Prior
-
-
-def _with_weight(e: Any, s: Any, weight: Any, ahead: Any) -> Any:
-    """The environment with a weight (N) more that lies `ahead` (m) of the origin on the axis of the hull."""
-    phi = getattr(s, "phi", 0.0)
-    level = weight * math.cos(s.theta)
-    down, aside = level * math.cos(phi), level * math.sin(phi)
-    return e._replace(
-        X=e.X - weight * math.sin(s.theta),
-        Y=e.Y + aside,
-        Z=e.Z + down,
-        M=e.M - ahead * down,
-        N=e.N + ahead * aside,
-    )
 
 
 class BuoyancyGradient(Effect):
@@ -55,7 +41,7 @@ class BuoyancyGradient(Effect):
 
     @staticmethod
     def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
-        return _with_weight(e, s, q.share * d.mass * G * s.z, 0.0)
+        return with_weight(e, s, q.share * d.mass * G * s.z)
 
 
 class Flooding(Effect):
@@ -90,4 +76,4 @@ class Flooding(Effect):
 
     @staticmethod
     def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
-        return _with_weight(e, s, q.share * d.mass * G * e.t, q.lever * d.length)
+        return with_weight(e, s, q.share * d.mass * G * e.t, q.lever * d.length)

@@ -97,8 +97,7 @@ def delayed(value: Any, first: Any, second: Any, tau: Any, filter_time: float) -
     Where tau is long it is exact to s^3.
     """
     late = _POLE * tau
-    share = tau / math.sqrt(late * late + filter_time * filter_time)
-    return value - share * (value - first) - share * (1.0 - 0.5 * share) * (value - 2.0 * first + second)
+    return _looked_back(value, first, second, tau / math.sqrt(late * late + filter_time * filter_time))
 
 
 def delayed_slowly(value: Any, first: Any, second: Any, tau: Any, filter_time: float) -> Any:
@@ -107,8 +106,7 @@ def delayed_slowly(value: Any, first: Any, second: Any, tau: Any, filter_time: f
     For what may also be early, and changes slowly (a position, a heading): where tau is long, quick changes come
     out too large.
     """
-    share = tau / filter_time
-    return value - share * (value - first) - share * (1.0 - 0.5 * share) * (value - 2.0 * first + second)
+    return _looked_back(value, first, second, tau / filter_time)
 
 
 def carried(position: Any, first: Any, second: Any, tau: Any, filter_time: float) -> Any:
@@ -123,14 +121,18 @@ def carried(position: Any, first: Any, second: Any, tau: Any, filter_time: float
 
 def carried_velocity(velocity: Any, first: Any, second: Any, tau: Any, filter_time: float) -> Any:
     """The velocity tau ago, or -tau ahead, from the same two filters."""
-    share = tau / _late(tau, filter_time)
-    return velocity - share * (velocity - first) - share * (1.0 - 0.5 * share) * (velocity - 2.0 * first + second)
+    return _looked_back(velocity, first, second, tau / _late(tau, filter_time))
 
 
 def carried_rates(velocity: Any, first: Any, second: Any, tau: Any, filter_time: float) -> tuple[Any, Any]:
     """Rates of two filters of a velocity, as slow as suits a delay; for what is early, as fast as can be."""
     T = _late(tau, filter_time)
     return (velocity - first) / T, (first - second) / T
+
+
+def _looked_back(value: Any, first: Any, second: Any, share: Any) -> Any:
+    """A value `share` time constants ago, from two filters of it: exact to s^2."""
+    return value - share * (value - first) - share * (1.0 - 0.5 * share) * (value - 2.0 * first + second)
 
 
 def _late(tau: Any, filter_time: float) -> Any:

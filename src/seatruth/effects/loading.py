@@ -15,6 +15,20 @@ DAMPING = 0.1
 """Share of critical damping of sloshing liquid [S]."""
 
 
+def with_weight(e: Any, s: Any, weight: Any, ahead: Any = 0.0) -> Any:
+    """The environment with a weight (N) more that lies `ahead` (m) of the origin on the axis of the hull."""
+    phi = getattr(s, "phi", 0.0)
+    level = weight * math.cos(s.theta)
+    down, aside = level * math.cos(phi), level * math.sin(phi)
+    return e._replace(
+        X=e.X - weight * math.sin(s.theta),
+        Y=e.Y + aside,
+        Z=e.Z + down,
+        M=e.M - ahead * down,
+        N=e.N + ahead * aside,
+    )
+
+
 class LateralOffset(Effect):
     """The centre of gravity lies to starboard of the plane of symmetry."""
 
@@ -61,11 +75,7 @@ class NetWeight(Effect):
 
     @staticmethod
     def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
-        weight, phi = q.share * d.mass * G, getattr(s, "phi", 0.0)
-        level = weight * math.cos(s.theta)
-        return e._replace(
-            X=e.X - weight * math.sin(s.theta), Y=e.Y + level * math.sin(phi), Z=e.Z + level * math.cos(phi)
-        )
+        return with_weight(e, s, q.share * d.mass * G)
 
 
 class Trim(Effect):
