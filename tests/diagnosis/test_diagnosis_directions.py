@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import boat_case as boat
 import numpy as np
 import pytest
 
-from seatruth.diagnosis.directions import fit_directions
+from seatruth.diagnosis import directions
+from seatruth.diagnosis.directions import Tried, fit_directions
 from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.hypothesis_fits import fit_null, fit_once
 from seatruth.diagnosis.initial_guess import moved_to
@@ -57,7 +59,7 @@ def found() -> Search:
 
 def test_what_looks_alike_begins_along_the_direction_that_was_found(found: Search) -> None:
     assert not any("squall" in key for key, _ in found.fits)
-    fit_directions(found, [found.fits[("current",), False], found.fits[("current",), True]], set())
+    fit_directions(found, [found.fits[("current",), False], found.fits[("current",), True]], {})
     problem = found.problem
     for on in (False, True):
         fit, rival = found.fits[("squall",), on], found.fits[("current",), on]
@@ -70,5 +72,19 @@ def test_what_looks_alike_begins_along_the_direction_that_was_found(found: Searc
 
 def test_what_shows_no_direction_leads_nowhere(found: Search) -> None:
     fits = dict(found.fits)
-    fit_directions(found, [fit for (key, _), fit in fits.items() if not key], set())
+    fit_directions(found, [fit for (key, _), fit in fits.items() if not key], {})
     assert found.fits == fits
+
+
+def test_what_looks_alike_is_asked_again_only_once_a_set_has_risen(
+    found: Search, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[str] = []
+    monkeypatch.setattr(directions, "fit_once", lambda *_, attempt, **__: asked.append(attempt))
+    current = found.fits[("current",), False]
+    tried: Tried = {}
+    fit_directions(found, [current], tried)
+    fit_directions(found, [replace(current, evidence=current.evidence + 0.5)], tried)
+    assert asked == ["along the direction of current in current"]
+    fit_directions(found, [replace(current, evidence=current.evidence + 4.0)], tried)
+    assert asked[1:] == ["along the direction of current in current, 2"]

@@ -26,23 +26,32 @@ _PARTS = (1 / 64, 1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0, 2.0, 4.0)
 """Sizes from which an effect is tried, over its typical one. [S]"""
 
 
-def fit_directions(found: Search, leaders: Sequence[Fit], tried: set[tuple[Key, bool, str, str]]) -> None:
+_BETTER = 1.0
+"""nats by which a set must have risen for what looks like it to be fitted from it again. [S] Between look-alikes a nat
+decides: of a ship on a pond the drift of waves had gained four, and the wind was never asked from there."""
+Tried = dict[tuple[Key, bool, str, str], list[float]]
+"""Evidence (nats) of the sets in which an effect was replaced by another, each time that it was, by set and effects."""
+
+
+def fit_directions(found: Search, leaders: Sequence[Fit], tried: Tried) -> None:
     """Fits these sets with each effect that has a direction replaced by each that is confused with it.
 
-    `tried` are the sets, effects and replacements that were fitted so before; these ones join them.
+    `tried` says what was fitted so before; these ones join it.
     """
     for leader in leaders:
         if found.bare and leader.discrepancy:
             continue  # forces of a black box, which bring nothing beside it
         for name in leader.effects:
             for other in _confused(found, leader, name):
-                if (leader.effects, leader.discrepancy, name, other) in tried:
+                before = tried.setdefault((leader.effects, leader.discrepancy, name, other), [])
+                if before and leader.evidence < before[-1] + _BETTER:
                     continue
-                tried.add((leader.effects, leader.discrepancy, name, other))
+                before.append(leader.evidence)
                 key = tuple(sorted((*(n for n in leader.effects if n != name), other)))
                 start = _in_its_place(found, leader, name, other)
                 if start is not None and _hopeful(found, leader, key, start):
                     words = f"along the direction of {name} in {'+'.join(leader.effects)}"
+                    words += f", {len(before)}" if len(before) > 1 else ""
                     fit_once(found, key, leader.discrepancy, start, leader.sizes, attempt=words, rival=leader.evidence)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from seatruth.diagnosis.actuator_starts import anywhere
 from seatruth.diagnosis.choice import WITHOUT, additions, singles
-from seatruth.diagnosis.directions import fit_directions
+from seatruth.diagnosis.directions import Tried, fit_directions
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.forces_beside import forces_wanted, may_do_without
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search, comparable, strays
@@ -90,7 +90,7 @@ def search(
             found = refine(found, lambda knots: say(f"forces between {knots} knots", 1, expected))
             found = _fit_library(found, say, expected, workers, widen=widen)
         found.tell = lambda key: say(f"the leading sets again, {_in_words(key)}", expected, expected)
-        tried: set[tuple[Key, bool, str, str]] = set()
+        tried: Tried = {}
         stages: tuple[tuple[str, Callable[[], None]], ...] = (
             ("what looks like the leading sets", lambda: _fit_alike(found, tried, 1)),
             ("what stands beside their effects in the tree of causes", lambda: fit_siblings(found)),
@@ -275,7 +275,7 @@ def _fit_each_trial(found: Search) -> None:
                     fit_once(found, key, on, in_each_trial(found.problem, same.point, name, alike[name]), same.sizes)
 
 
-def _fit_alike(found: Search, tried: set[tuple[Key, bool, str, str]], turn: int) -> None:
+def _fit_alike(found: Search, tried: Tried, turn: int) -> None:
     """Fits what looks like the leading sets where these show it to begin. `tried` and `turn` as in what it calls."""
     for _ in range(_ROUNDS):
         # What began along another's direction may lead now, and show where the other should have begun.
