@@ -28,7 +28,7 @@ _PARTS = (1 / 64, 1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0, 2.0, 4.0)
 
 _BETTER = 1.0
 """nats by which a set must have risen for what looks like it to be fitted from it again. [S] Between look-alikes a nat
-decides: of a ship on a pond the drift of waves had gained four, and the wind was never asked from there."""
+decides, and of a ship on a pond the drift of waves had gained four late in the search."""
 Tried = dict[tuple[Key, bool, str, str], list[float]]
 """Evidence (nats) of the sets in which an effect was replaced by another, each time that it was, by set and effects."""
 
