@@ -55,6 +55,26 @@ def test_probabilities_sum_to_one_and_are_in_order() -> None:
     assert not found[0].discrepancy
 
 
+def test_steady_forces_fixed_to_the_earth_are_not_told_apart_by_what_a_wrong_form_costs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of a ship on a pond the drift of waves stood 5 nats before the wind that blew; neither has the right form."""
+    monkeypatch.setitem(EFFECTS, "wave_drift", available()["wave_drift"])
+    monkeypatch.setitem(EFFECTS, "trial_wind", available()["trial_wind"])
+
+    def probabilities(behind: float) -> dict[Key, float]:
+        names = {"wave_drift": 40.0, "wind": 40.0 - behind, "current": 40.0 - behind, "trial_wind": 40.0 - behind}
+        fits = {((), False): 0.0, **{((name,), False): value for name, value in names.items()}}
+        return posterior.answers(posterior.hypotheses(searched(fits), SETTINGS))
+
+    near, far = probabilities(5.0), probabilities(20.0)
+    assert list(near)[:2] == [("wave_drift",), ("wind",)]
+    assert near["wind",] == pytest.approx(near["wave_drift",])
+    assert near["current",] == pytest.approx(near["trial_wind",])
+    assert near["current",] < 0.5 * near["wind",]
+    assert far["wind",] < 0.1 * far["wave_drift",]
+
+
 def test_what_the_leading_fit_did_not_reach_makes_its_answer_less_sure() -> None:
     reached, short = searched(FITS), searched(FITS)
     short.fits[("current", "wind"), False].ahead = 400.0

@@ -10,7 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from seatruth.arrays import Array
-from seatruth.diagnosis.tempering import beyond_the_form, form_limit, sensors_alone, tempered, tempered_deviation
+from seatruth.diagnosis.tempering import (
+    beyond_the_form,
+    form_limit,
+    in_another_form,
+    sensors_alone,
+    tempered,
+    tempered_deviation,
+)
 
 COUNTS = np.array([0, 1, 1, 2, 2, 3])
 
@@ -118,3 +125,17 @@ def test_sizes_are_as_unsure_as_the_evidence_and_no_surer_than_data_and_prior() 
     strong = tempered_deviation(np.array([1e-4]), np.array([1.0]), 1.79)
     assert strong == pytest.approx([1e-4 * math.sqrt(1.79)], rel=1e-6)
     assert tempered_deviation(np.array([0.5]), np.ones(1), 1.0) == pytest.approx([0.5])
+
+
+@given(st.lists(st.floats(-200.0, 200.0), min_size=3, max_size=6), st.floats(1.0, 20.0), st.floats(0.1, 10.0))
+def test_another_form_is_behind_by_no_more_than_before_and_never_ahead(
+    values: list[float], temperature: float, unseen: float
+) -> None:
+    evidence = np.array(values)
+    found = evidence / temperature
+    forms = [[1], [0], *([] for _ in values[2:])]
+    raised = in_another_form(found, evidence, forms, unseen)
+    behind = abs(values[0] - values[1])
+    assert raised[2:] == pytest.approx(found[2:]), "no form of another one"
+    assert raised.max() == pytest.approx(found.max())
+    assert abs(raised[0] - raised[1]) == pytest.approx(max(0.0, behind - unseen) / temperature, abs=1e-9)

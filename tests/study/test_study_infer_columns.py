@@ -99,6 +99,12 @@ def test_fields_of_autopilots_are_what_their_documents_say(field: str, channel: 
     assert infer_columns({field: WAVE}, without) == {}
 
 
+@pytest.mark.parametrize(("header", "channel"), [("gyro_dps", "r"), ("Gyro [deg]", "psi"), ("gyro", None)])
+def test_a_gyro_is_a_compass_or_a_rate_as_its_unit_says(header: str, channel: str | None) -> None:
+    found = infer_columns({header: 3.0 * WAVE}, WANTED)
+    assert set(found) == ({channel} if channel else set())
+
+
 def test_a_column_without_numbers_is_no_reason_to_stop() -> None:
     inferred = infer_columns({"rudder": np.full(5, np.nan)}, WANTED)
     assert inferred["delta"].unit == "rad"

@@ -268,4 +268,4 @@ def _selected(search: Search, trials: Sequence[int]) -> Key:
     alone = [gain for (key, _), gain in zip(keys, gains) if not key]
     weight = counted(search, gains, [key for key, _ in keys], float(max(alone)))
     weight += [log_prior(key, on, many, settings) for key, on in keys]
-    return max(zip(weight.tolist(), (key for key, _ in keys)))[1]
+    return max(zip(weight.tolist(), gains.tolist(), (key for key, _ in keys)))[2]

@@ -11,7 +11,7 @@ from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.settings import Settings
-from seatruth.diagnosis.tempering import beyond_the_form, form_limit, sensors_alone, tempered
+from seatruth.diagnosis.tempering import beyond_the_form, form_limit, in_another_form, sensors_alone, tempered
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.effects import Effect
 from seatruth.effects.causes import ancestors, is_within, parent
@@ -21,6 +21,8 @@ _NEGLIGIBLE = 1e-3
 
 ENVIRONMENT = "environment"
 """Family of causes that are weather, and may differ from trial to trial."""
+FIXED_TO_EARTH = "environment.force_fixed_to_earth"
+"""Family of forces that push the same way, each as strongly at an angle as the one that published it found."""
 SENSOR = "sensor"
 """Family of causes that change what a sensor says of the motion, and not the motion."""
 
@@ -55,7 +57,7 @@ def hypotheses(search: Search, settings: Settings) -> list[Hypothesis]:
         Hypothesis(key, on, gain, prior, float(p), settled, fitted)
         for (key, on, gain, settled, fitted), prior, p in zip(rows, priors, weight)
     ]
-    return sorted(found, key=lambda one: (-one.probability, one.effects, one.discrepancy))
+    return sorted(found, key=lambda one: (-one.probability, -one.log_evidence, one.effects, one.discrepancy))
 
 
 def explained_from(search: Search) -> float:
@@ -85,7 +87,27 @@ def counted(search: Search, evidence: Array, keys: Sequence[Key], lowest: float)
         by_sensors=sensors_alone(evidence, keys, errors_of_sensors(search.problem.effects)),
     )
     apart = np.array([not {*leader.effects} & {*key} for key in keys])
-    return beyond_the_form(found, evidence, apart, _left_by_the_form(search, leader), settings.temperature)
+    found = beyond_the_form(found, evidence, apart, _left_by_the_form(search, leader), settings.temperature)
+    return in_another_form(found, evidence, _other_forms(keys, search.problem.effects), settings.unseen_form)
+
+
+def _other_forms(keys: Sequence[Key], effects: Mapping[str, Effect]) -> list[list[int]]:
+    """For each set, the places of those with another steady force fixed to the earth in the place of its own."""
+    forces = [name for name, one in effects.items() if is_within(one.cause, FIXED_TO_EARTH)]
+    places: dict[Key, list[int]] = {}
+    for place, key in enumerate(keys):
+        places.setdefault(key, []).append(place)
+    found: list[list[int]] = []
+    for key in keys:
+        own = [name for name in key if name in forces]
+        others = [
+            tuple(sorted({*key, other} - {name}))
+            for name in own
+            for other in forces
+            if other not in key and effects[other].each_trial == effects[name].each_trial
+        ]
+        found.append([place for other in others for place in places.get(other, ())])
+    return found
 
 
 def errors_of_sensors(effects: Mapping[str, Effect]) -> dict[str, frozenset[str]]:
@@ -122,12 +144,15 @@ def log_prior(key: Key, discrepancy: bool, many: int, settings: Settings) -> flo
 
 
 def answers(found: Iterable[Hypothesis]) -> dict[Key, float]:
-    """Probability of each set of effects that is not empty, discrepancy or not; the most probable first."""
+    """Probability of each set of effects that is not empty, discrepancy or not; the most probable first.
+
+    Those that are as probable keep their order.
+    """
     sums: dict[Key, float] = {}
     for one in found:
         if one.effects:
             sums[one.effects] = sums.get(one.effects, 0.0) + one.probability
-    return dict(sorted(sums.items(), key=lambda entry: (-entry[1], entry[0])))
+    return dict(sorted(sums.items(), key=lambda entry: -entry[1]))
 
 
 def leading(sets: Mapping[Key, float], effects: Mapping[str, Effect]) -> Key:

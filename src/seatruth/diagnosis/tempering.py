@@ -12,6 +12,9 @@ with as many effects, none counts for less for that than one which explains less
 Where missing forces explain most of what a set does, they would show most of what its form leaves as well
 (`form_limit`). A rival cannot gain more than that from the form, so that what it is further behind counts in full.
 
+Of two causes that push in the same way and differ only in how strongly at each angle, neither form is known well enough
+to be told from the other by the few nats that a wrong form costs (`in_another_form`).
+
 A temperature of 1 + m is what follows where the nats that a form leaves have an exponential distribution of mean m: a
 rival that is d nats behind then wins with a probability of the order of exp(-d / (1 + m)). The limit cuts that
 distribution off.
@@ -195,3 +198,28 @@ def beyond_the_form(found: Array, evidence: Array, apart: Flags, limit: float, t
     counts = found.max() - found
     full = np.minimum(counts + np.maximum(0.0, behind - limit), np.maximum(behind / temperature, counts))
     return np.where(apart, found.max() - full, found)
+
+
+def in_another_form(found: Array, evidence: Array, forms: Sequence[Sequence[int]], unseen: float) -> Array:
+    """Tempered evidence (H,) nats in which what a wrong form costs tells no form from another.
+
+    Args:
+        found: tempered evidence (H,).
+        evidence: the same before it was tempered, (H,).
+        forms: for each hypothesis, the places of those that hold another form of the same force instead.
+        unseen: nats that a wrong form costs.
+
+    Example:
+        >>> import numpy as np
+        >>> evidence = np.array([30.0, 25.0, 10.0])
+        >>> in_another_form(evidence / 2.0, evidence, [[1, 2], [0, 2], [0, 1]], 6.0).round(2)
+        array([15., 15.,  8.])
+    """
+    raised = found.copy()
+    for place, others in enumerate(forms):
+        for other in others:
+            ahead = float(evidence[other] - evidence[place])
+            if ahead > 0.0:
+                counts = float(found[other] - found[place]) * max(0.0, ahead - unseen) / ahead
+                raised[place] = max(raised[place], found[other] - counts)
+    return raised

@@ -19,7 +19,7 @@ NAMES: dict[str, tuple[str, ...]] = {
     "theta": ("theta", "pitch", "pitch angle", "trim", "pitch ang"),
     "psi": (
         *("psi", "heading", "yaw", "yaw angle", "hdg", "heading angle", "compass", "gyro heading", "heading true"),
-        *("true heading", "hdg true", "true hdg", *MAGNETIC),
+        *("true heading", "hdg true", "true hdg", "gyro", "gyrocompass", "gyro compass", *MAGNETIC),
     ),
     "u": (
         *("u", "surge", "surge velocity", "surge speed", "speed", "forward speed", "longitudinal speed", "vx"),
@@ -82,6 +82,8 @@ NAMES: dict[str, tuple[str, ...]] = {
         "yaw velocity",
         "rate turn",
         "angular z",
+        "gyro",
+        "gyro rate",
     ),
     "delta": (
         "delta",
@@ -118,6 +120,8 @@ NAMES: dict[str, tuple[str, ...]] = {
     "T": ("thrust", "thrust n", "propeller thrust"),
     "voltage": ("voltage", "battery voltage", "batt voltage", "vbat", "v bat", "battery v", "batt v"),
 }
+TOLD_BY_UNIT = frozenset(("gyro",))
+"""Names of two channels, a gyrocompass's heading and a gyro's rate of turn, of which the unit tells which."""
 SUFFIXES = {
     "deg": "deg",
     "degrees": "deg",

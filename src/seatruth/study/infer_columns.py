@@ -15,7 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatruth.errors import BadInput
-from seatruth.study.column_names import ACTED, NAMES, OF_ANY_THRUSTER, ORDERS, PLACES, SIDES, SUFFIXES, TWINS
+from seatruth.study.column_names import (
+    ACTED,
+    NAMES,
+    OF_ANY_THRUSTER,
+    ORDERS,
+    PLACES,
+    SIDES,
+    SUFFIXES,
+    TOLD_BY_UNIT,
+    TWINS,
+)
 from seatruth.study.column_spellings import AUTOPILOTS, MEANT, other_spellings, spelt_out
 from seatruth.trials.channel import Channel
 from seatruth.units import is_unit, to_si
@@ -148,6 +158,8 @@ def _match(column: str, numbers: NDArray[np.float64], channel: Channel) -> tuple
         return rank, InferredColumn(channel.name, column, unit, FROM_HEADER)
     if whole in ("rpm", "rps"):
         return rank, InferredColumn(channel.name, column, "rpm" if whole == "rpm" else "rev/s", "unit from the name")
+    if name in TOLD_BY_UNIT:
+        return None
     unit, why = _from_range(numbers, channel)
     return rank, InferredColumn(channel.name, column, unit, why)
 
