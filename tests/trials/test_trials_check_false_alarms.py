@@ -131,3 +131,35 @@ def test_positions_whose_noise_hides_the_way_say_nothing_of_the_speed() -> None:
 def test_positions_with_noise_still_show_a_speed_that_is_another_runs() -> None:
     for seed in range(5):
         assert "position-disagree" in codes(check_trial(hovering(seed, speed=0.8, noise=0.2, other=True))), seed
+
+
+def late_zigzag(period: float, amplitude: float, late: float) -> Trial:
+    """A quick zigzag at 2.2 m/s with u, v and psi, and positions once a second that are late (s)."""
+    rng, rate = np.random.default_rng(0), 2.0 * np.pi / period
+    t, fine = np.arange(0.0, 90.0, 0.2), np.arange(-5.0, 90.0, 0.01)
+    heading = 3.5 + amplitude * np.sin(rate * fine)
+    sway = -0.3 * amplitude * rate * np.cos(rate * fine)
+    way = np.cumsum((2.2 + 1j * sway) * np.exp(1j * heading)) * 0.01
+    fixes = np.where(np.arange(t.size) % 5, np.nan, 1.0)
+    outputs = {
+        "u": 2.2 + rng.normal(0.0, 0.01, t.size),
+        "v": np.interp(t, fine, sway) + rng.normal(0.0, 0.01, t.size),
+        "psi": np.interp(t, fine, heading),
+        "x": fixes * (np.interp(t - late, fine, way.real) + rng.normal(0.0, 0.2, t.size)),
+        "y": fixes * (np.interp(t - late, fine, way.imag) + rng.normal(0.0, 0.2, t.size)),
+    }
+    return Trial("zigzag", t, {}, outputs)
+
+
+@pytest.mark.parametrize(("period", "amplitude"), [(6.0, 0.4), (8.0, 0.7), (8.0, 1.0), (12.0, 0.7)])
+def test_late_positions_of_a_quick_zigzag_are_no_wrong_unit(period: float, amplitude: float) -> None:
+    found = check_trials([late_zigzag(period, amplitude, late=1.2)])
+    assert not codes(found) & {"unit", "speed-scale", "drift"}
+    (said,) = (f.message for f in found if f.code == "lever-arm")
+    assert "s late beside u, v and psi" in said
+
+
+def test_speeds_in_knots_are_told_where_positions_are_late() -> None:
+    trial = late_zigzag(30.0, 0.7, late=0.4)
+    knots = replace(trial, outputs={**trial.outputs, **{name: trial.outputs[name] / 0.5144 for name in "uv"}})
+    assert [f.channel for f in check_trials([knots]) if f.code == "unit"] == ["u"]

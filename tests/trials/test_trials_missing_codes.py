@@ -86,3 +86,13 @@ def test_a_file_with_codes_has_gaps_and_a_word(tmp_path: Path) -> None:
     found = [f for f in check_trials([trial]) if f.code == "missing-code"]
     assert [(f.channel, f.severity) for f in found] == [("psi", "note")]
     assert "-9999" in found[0].message
+
+
+def test_codes_that_the_study_takes_out_already_are_no_finding(tmp_path: Path) -> None:
+    rows = [f"{k / 10},1,{-32768 if k in (20, 21, 40) else k % 7},{int(k not in (20, 21))}" for k in range(60)]
+    (tmp_path / "run.csv").write_text("\n".join(["t,delta,u [mm/s],status", *rows]) + "\n")
+    for said, condition in ((["missing-code"], "status == 0"), ([], "u < -1000")):
+        spec = ColumnSpec("u", invalid_where=condition)
+        trial = read_trial(tmp_path / "run.csv", inputs={"delta": ColumnSpec("delta")}, outputs={"u": spec})
+        assert np.flatnonzero(np.isnan(trial.outputs["u"])).tolist() == [20, 21, 40]
+        assert [f.code for f in check_trials([trial]) if f.code == "missing-code"] == said

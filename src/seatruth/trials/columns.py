@@ -77,7 +77,7 @@ def channel_values(
             where=table.source,
             do="Name one column.",
         )
-    raw, where, stated, codes, missing = _numbers(table, name, spec)
+    raw, where, stated, codes, missing, invalid = _numbers(table, name, spec)
     if spec.unit == DDMM:
         spec = replace(spec, unit=None)
     conversion = _conversion(name, spec, stated, channels, where)
@@ -113,9 +113,7 @@ def channel_values(
     if weighed and name == "z" and frames.earth == "ENU":
         values = -values  # a pressure grows downward whatever the log's axes are, which are turned later
     if spec.invalid_where:
-        bad = rows_where(table, spec.invalid_where) & np.isfinite(values)
-        values = np.where(bad, np.nan, values)
-        done.append(f"{int(bad.sum())} of {values.size} samples not valid where {spec.invalid_where}")
+        done.append(f"{invalid} of {values.size} samples not valid where {spec.invalid_where}")
     return values, f"{name}: {', '.join(done)}" if done else "", list(codes)
 
 
@@ -129,6 +127,8 @@ class _Raw(NamedTuple):
     """Numbers that stood for no value."""
     missing: int
     """How often they did."""
+    invalid: int
+    """Samples that the study's `invalid_where` takes out."""
 
 
 def _numbers(table: Table, name: str, spec: ColumnSpec) -> _Raw:
@@ -139,9 +139,14 @@ def _numbers(table: Table, name: str, spec: ColumnSpec) -> _Raw:
             where=table.source,
             do="Remove the unit.",
         )
+    bad = rows_where(table, spec.invalid_where) if spec.invalid_where else np.zeros(len(table), dtype=np.bool_)
     if spec.value is not None:
-        return _Raw(np.full(len(table), spec.value), f"{table.source}, channel {name!r}", None, [], 0)
+        values = np.where(bad, np.nan, spec.value)
+        return _Raw(values, f"{table.source}, channel {name!r}", None, [], 0, int(bad.sum()))
     parts = [table.numbers(column) for column in spec.values_in]
+    invalid = int((bad & np.isfinite(parts).all(axis=0)).sum())
+    # Before codes are looked for: what the study takes out already is no finding.
+    parts = [np.where(bad, np.nan, part) for part in parts]
     missing = np.zeros(len(table), dtype=np.bool_)
     codes: list[float] = []
     for k, part in enumerate(parts):
@@ -161,7 +166,7 @@ def _numbers(table: Table, name: str, spec: ColumnSpec) -> _Raw:
         values, unit = np.mean(parts, axis=0), _unit_of_all(table, spec.mean, where)
     elif spec.unit == DDMM:
         values, unit = from_ddmm(values), "deg"
-    return _Raw(values, where, unit, codes, int(missing.sum()))
+    return _Raw(values, where, unit, codes, int(missing.sum()), invalid)
 
 
 def _unit_of_all(table: Table, columns: Sequence[str], where: str) -> str | None:

@@ -52,6 +52,9 @@ SCALE_OFF = 0.05
 """Scale errors below 5 % are calibration and belong to the fit; above it something is wrong."""
 KNOWN_SCALE = 0.06
 """How near a scale must be to 57.3 or 0.5144 to be called degrees or knots."""
+SCALE_KEPT = 0.5
+"""Part of a scale error, as a logarithm, that displacements must show without a drift beside it: what shows beside one
+alone may be of the clocks. [S]"""
 SIGNIFICANT = 4.0
 """Standard errors: about one chance in 16,000, so that forty checks of forty trials stay quiet on good data."""
 HEADING_OFF = 0.06

@@ -192,6 +192,11 @@ def _scale(motion: _Motion) -> complex:
     return complex(np.vdot(motion.expected, motion.measured) / bottom) if bottom else 0.0
 
 
+def _off(size: float) -> float:
+    """How far a scale is from one, as a logarithm: the same for one that is twice or half."""
+    return abs(math.log(max(size, 1e-12)))
+
+
 def _rest(motion: _Motion) -> float:
     return rms(np.abs(motion.measured - _scale(motion) * motion.expected)) / rms(np.abs(motion.measured))
 
@@ -216,9 +221,12 @@ def _fine(trial: Trial, motion: _Motion, mismatch: float) -> Iterator[Finding]:
         )
         return
     size, turn = abs(a), float(np.angle(a))
+    scaled = abs(size - 1.0) > max(limits.SCALE_OFF, limits.SIGNIFICANT * a_error)
+    # Late positions lose of the turns of a quick zigzag what a drift along its course gives back: displacements as they
+    # are then say that no speed is wrong, and neither the scale nor the drift is there.
+    traded = scaled and _off(abs(_scale(motion))) < limits.SCALE_KEPT * _off(size)
     if explained > limits.SCALE_AGREEMENT:
-        scaled = abs(size - 1.0) > max(limits.SCALE_OFF, limits.SIGNIFICANT * a_error)
-        if scaled:
+        if scaled and not traded:
             yield _scale_finding(trial, size, a_error)
         # Of a steady run on one course a drift may be all of the motion, and nothing is known of its direction.
         known = limits.SIGNIFICANT * a_error < size
@@ -244,7 +252,7 @@ def _fine(trial: Trial, motion: _Motion, mismatch: float) -> Iterator[Finding]:
                 channel="psi",
             )
     speed = rms(np.abs(motion.measured) / motion.seconds)
-    if abs(drift) > max(limits.SIGNIFICANT * drift_error, limits.DRIFT_PART * speed):
+    if abs(drift) > max(limits.SIGNIFICANT * drift_error, limits.DRIFT_PART * speed) and not traded:
         yield make_finding(
             trial,
             "note",
@@ -259,13 +267,14 @@ def _fine(trial: Trial, motion: _Motion, mismatch: float) -> Iterator[Finding]:
         without = motion.measured - a * motion.expected - drift * motion.seconds
         left = rms(np.abs(without - arm * motion.turned))
         if left**2 < (1.0 - limits.ARM_PART) * rms(np.abs(without)) ** 2:
+            late = -arm.real / speed
             yield make_finding(
                 trial,
                 "note",
                 "lever-arm",
                 f"x, y move like a point {arm.real:.2g} m forward and {arm.imag:.2g} m to starboard (standard error "
-                f"{arm_error:.1g}) of the point whose velocity is u, v; a clock of x, y {arm.real / speed:.2g} s "
-                "ahead of u, v and psi looks nearly the same.",
+                f"{arm_error:.1g}) of the point whose velocity is u, v; x, y that are {abs(late):.2g} s "
+                f"{'late' if late > 0.0 else 'early'} beside u, v and psi look nearly the same.",
                 "If the sensors sit apart, state their places, as `at` in [channels]; if smoothing delayed some "
                 "channels, use 'shift_time'.",
                 channel="x",
