@@ -32,16 +32,18 @@ def listed(names: Sequence[str], most: int = 6) -> str:
 
 
 def with_error(value: float, error: float) -> str:
-    """A value and its standard error, the value to the last digit of the error.
+    """A value and its standard error to two digits, the value to the last digit of the error.
 
     Example:
         >>> with_error(0.0800213, 0.000118), with_error(318.71, 19.6), with_error(3.31e-6, 9.7e-7)
         ('0.08002 +- 0.00012', '319 +- 20', '3.31e-06 +- 9.7e-07')
+        >>> with_error(0.075, 0.01)
+        '0.075 +- 0.010'
     """
-    short = f"{error:.2g}"
+    short = f"{error:#.2g}".rstrip(".")
     if not (math.isfinite(value) and math.isfinite(error) and error > 0.0) or abs(value) < _SMALL:
         return f"{value:.3g} +- {short}"
-    digits = -int(Decimal(short).normalize().as_tuple().exponent)
+    digits = -int(Decimal(short).as_tuple().exponent)
     return f"{value:.{min(max(digits, 0), _DECIMALS)}f} +- {short}"
 
 

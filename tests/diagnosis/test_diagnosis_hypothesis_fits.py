@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 import small_case as small
 
 from seatruth.diagnosis import hypothesis_fits
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
+from seatruth.diagnosis.problem import Point
 from seatruth.diagnosis.search import search
+from seatruth.diagnosis.sizes import Sizes
+from seatruth.trials.trial import Trial
 
 WAVY = """
 import math
@@ -56,3 +60,28 @@ def test_a_fit_starts_from_likely_values_too(ship_folder: Path, monkeypatch: pyt
     assert ends["first"].point.shared[column] < 0.8
     assert ends["from likely value 0 of wavy"].evidence > ends["first"].evidence + 100.0
     assert leader.point.shared[column] == pytest.approx(1.0, abs=3.0 * leader.stderr(problem)[column])
+
+
+def test_a_part_that_diverges_where_its_set_ended_is_begun_beside_the_model_alone(
+    ship_folder: Path, offset_runs: list[Trial], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of an AUV a scale of its speed sensor was never fitted without the cross-flow drag beside which it was found."""
+    problem = small.problem(ship_folder, offset_runs)
+    found, key = search(problem, small.silent), ("rudder_offset",)
+    near, alone = found.fits[key, False], found.fits[(), False]
+    begun: dict[str, Point] = {}
+
+    def diverges_there(_: Search, key: Key, discrepancy: bool, start: Point, sizes: Sizes, attempt: str) -> Fit | None:
+        begun[attempt] = start
+        return near if "at its end" in attempt else None
+
+    monkeypatch.setattr(hypothesis_fits, "fit_once", diverges_there)
+    del found.fits[key, False]
+    assert hypothesis_fits.ensure(found, key, near, "as a part") is near
+    there, with_values, at_its_end = begun.values()
+    assert next(iter(begun)) == "as a part"
+    columns, rest = problem.columns["rudder_offset"], problem.coefficients
+    np.testing.assert_array_equal(with_values.shared[columns], near.point.shared[columns])
+    np.testing.assert_array_equal(with_values.shared[rest], alone.point.shared[rest])
+    assert at_its_end is alone.point
+    assert there is not with_values

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from seatruth.diagnosis.parts import Fold, Shares, Validation
-from seatruth.diagnosis.sentences import cause_in_words, chance, size_in_words, towards, verdict_sentence
+from seatruth.diagnosis.sentences import cause_in_words, chance, size_in_words, verdict_sentence
 from seatruth.diagnosis.verdict import EffectParameter, Kind, NamedCause
 
 LARGE = Shares(0.1, 0.2, 0.65, 0.05, 10.0, 8.0, 1.1)
@@ -64,6 +64,8 @@ def test_effects_that_cannot_be_told_apart_are_named_at_their_common_node() -> N
         "a steady force fixed to the earth, towards 323 +- 8 deg: "
         "wind or wave drift, which these trials cannot tell apart"
     )
+    turned = replace(FORCE, direction="300 to 323 deg")
+    assert "earth, towards 300 to 323 deg: wind or" in cause_in_words(turned)
     without = replace(FORCE, in_words="delay 0.2 +- 0.1 s")
     assert "0.2" not in cause_in_words(without)
     both = replace(FORCE, effects=("trial_wind", "wave_drift", "wind"))
@@ -170,16 +172,11 @@ def test_no_probability_is_one_or_nothing() -> None:
 def test_sizes_are_in_degrees_and_currents_have_a_direction() -> None:
     angle = EffectParameter("angle", "rad", math.radians(1.2), math.radians(0.3), 0.0, 0.0, 0.0, 0.1)
     gain = EffectParameter("gain", "1", 0.9, 0.02, 0.0, 0.0, 1.0, 0.1)
-    assert size_in_words((angle, gain)) == "angle 1.2 +- 0.3 deg, gain 0.90 +- 0.02"
+    assert size_in_words((angle, gain)) == "angle 1.20 +- 0.30 deg, gain 0.900 +- 0.020"
     north = EffectParameter("north", "m/s", 0.0, 0.1, 0.0, 0.0, 0.0, 0.1)
     east = replace(north, name="east", value=0.3)
-    assert size_in_words((north, east)) == "0.3 +- 0.1 m/s towards 90 +- 19 deg"
+    assert size_in_words((north, east)) == "0.30 +- 0.10 m/s towards 90 +- 19 deg"
     assert size_in_words(()) == ""
-
-
-def test_components_as_size_and_direction() -> None:
-    assert towards({"north": (0.0, 0.1), "east": (0.3, 0.1)}).endswith("towards 90 +- 19 deg")
-    assert towards({"angle": (0.1, 0.1)}) == ""
 
 
 def test_what_trials_on_one_course_cannot_tell_is_said_to_be_what_it_looks_like() -> None:

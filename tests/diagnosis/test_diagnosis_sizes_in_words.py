@@ -23,7 +23,7 @@ def slowness(value: float, stderr: float, unit: str = "s/rad") -> EffectParamete
 @pytest.mark.parametrize(
     ("model", "value", "stderr", "words"),
     [
-        (SHIP, 1.0 / math.radians(2.0), 0.01 / math.radians(2.0), "2.00 +- 0.02 deg/s"),
+        (SHIP, 1.0 / math.radians(2.0), 0.01 / math.radians(2.0), "2.000 +- 0.020 deg/s"),
         # What is added to the stated 20.46 s/rad makes 35.81, which is 1.6 deg/s.
         (STATED, 1.0 / math.radians(1.6) - 1.0 / math.radians(2.8), 0.36, "1.600 +- 0.016 deg/s in place of 2.8 deg/s"),
     ],
@@ -38,10 +38,10 @@ def test_a_slowness_is_told_as_the_rate_at_which_the_rudder_turns(
 
 def test_other_effects_keep_their_words() -> None:
     angle = EffectParameter("angle", "rad", math.radians(2.0), math.radians(0.1), 0.03, 0.04, 0.0, 0.1)
-    assert effect_in_words(available()["rudder_offset"], SHIP, (angle,)) == "angle 2.0 +- 0.1 deg"
+    assert effect_in_words(available()["rudder_offset"], SHIP, (angle,)) == "angle 2.00 +- 0.10 deg"
     twin = load_model("twin_thruster")
     form = next(one for one in available()["thruster_rate_limit"].variants(twin) if one.which)
-    assert effect_in_words(form, twin, (slowness(2.0, 0.1, "s"),)) == "slowness 2.0 +- 0.1 s"
+    assert effect_in_words(form, twin, (slowness(2.0, 0.1, "s"),)) == "slowness 2.00 +- 0.10 s"
     assert effect_in_words(available()["rudder_rate_limit"], SHIP, ()) == ""
 
 
@@ -50,7 +50,7 @@ def test_other_effects_keep_their_words() -> None:
     [
         ("net_weight", 0.001, 0.0001, "1", "0.0305 +- 0.0031 kg"),
         ("buoyancy_gradient", -1e-4, 1e-5, "1/m", "-0.00305 +- 0.00031 kg/m"),
-        ("flooding", 1e-5, 1e-6, "1/s", "1.10 +- 0.11 kg/h, lever -0.20 +- 0.01"),
+        ("flooding", 1e-5, 1e-6, "1/s", "1.10 +- 0.11 kg/h, lever -0.200 +- 0.010"),
     ],
 )
 def test_weights_are_told_in_kilograms(name: str, value: float, stderr: float, unit: str, words: str) -> None:
@@ -82,10 +82,10 @@ class Glider(Model):
 def test_sizes_at_an_input_that_is_no_angle_are_in_its_unit() -> None:
     full = math.radians(35.0)
     angle = EffectParameter("angle", "rad", 0.1 * full, 0.01 * full, 0.0, 0.1, 0.0, 0.1)
-    assert effect_in_words(available()["plane_offset"], Glider(), (angle,)) == "angle 0.0020 +- 0.0002 m"
+    assert effect_in_words(available()["plane_offset"], Glider(), (angle,)) == "angle 0.00200 +- 0.00020 m"
     limit = available()["plane_rate_limit"]
     slow = slowness(20.0 / full, 1.0 / full)  # 20 s from the middle to hard over
-    assert effect_in_words(limit, Glider(), (slow,)) == "0.00100 +- 5e-05 m/s"
+    assert effect_in_words(limit, Glider(), (slow,)) == "0.001000 +- 5.0e-05 m/s"
     ordered = with_servos(Glider(), {"x_b": Order(rate_limit=0.004)})
     assert effect_in_words(limit, ordered, (slow,)) == "0.000800 +- 3.2e-05 m/s in place of 0.004 m/s"
 

@@ -113,6 +113,8 @@ def test_estimates_that_move_together_are_named() -> None:
         (0.8, {"doubted": True}, "doubtful"),
         (5.0, {"doubted": True}, "not identifiable"),
         (0.095, {"prior": Prior(1.0, 0.1)}, "from prior"),
+        (0.095, {"prior": Prior(0.4, 0.1)}, "weak"),  # the data moved it six deviations
+        (0.095, {"prior": Prior(0.4, 0.1), "doubted": True}, "doubtful"),
         (0.02, {"prior": Prior(1.0, 0.1)}, "identified"),
     ],
 )

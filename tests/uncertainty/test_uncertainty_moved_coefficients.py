@@ -21,8 +21,8 @@ def test_what_surely_lies_outside_its_stated_prior_is_told() -> None:
         ("coefficient-far", "parameter 'T'"),
     ]
     assert found[0].message == (
-        "The fitted U, 1.20 +- 0.02 m/s, is 8.0 prior standard deviations from what the study states of it,"
-        " 2.0 +- 0.1 m/s."
+        "The fitted U, 1.200 +- 0.020 m/s, is 8.0 prior standard deviations from what the study states of it,"
+        " 2.00 +- 0.10 m/s."
     )
     # What nobody stated is no belief, and without a standard error nothing is sure.
     assert moved_coefficients({"U"}, [far]) == []

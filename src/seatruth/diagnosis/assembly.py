@@ -17,6 +17,7 @@ from seatruth.diagnosis.clusters import Cluster
 from seatruth.diagnosis.cross_validation import lower_bound, predictive_gains, surely_positive, validate
 from seatruth.diagnosis.decision import Decision, decide
 from seatruth.diagnosis.discrepancy.report import describe
+from seatruth.diagnosis.earth_directions import common_direction
 from seatruth.diagnosis.experiment_design.select import next_trial, with_motion
 from seatruth.diagnosis.fit import not_converged, without_discrepancy
 from seatruth.diagnosis.gap import Gap, misfit
@@ -353,12 +354,10 @@ class Assembly:
     def _named(self, cluster: Cluster) -> NamedCause:
         name = cluster.member_in(self.decision.shown)
         effect, parameters, share = self.problem.effects[name], self._parameters(name), self.gap.share(name)
-        words = effect.title
-        if len(cluster.effects) > 1:
-            words = title(cluster.cause) if cluster.cause != ROOT else "one of several causes"
+        several = title(cluster.cause) if cluster.cause != ROOT else "one of several causes"
         return NamedCause(
             cause=cluster.cause,
-            title=words,
+            title=several if len(cluster.effects) > 1 else effect.title,
             effects=(name, *(n for n in cluster.effects if n != name)),
             probability=cluster.probability,
             in_words=effect_in_words(effect, self.study.model, parameters),
@@ -366,6 +365,7 @@ class Assembly:
             small=share < self.settings.small_share and not is_certain_error(cluster, self.gap.typical_sizes(name)),
             implausible=self._prior_deviations(parameters) > self.settings.implausible,
             beyond=furthest(effect, parameters),
+            direction=common_direction([self._parameters(n) for n in cluster.effects]),
         )
 
     def _noise(self) -> tuple[ChannelNoise, ...]:
@@ -389,9 +389,8 @@ class Assembly:
     def coefficients(self) -> tuple[Coefficient, ...]:
         """The model's free coefficients, refitted beside the answer."""
         shown = self.gap.shown
-        error = size_errors(self.problem, shown)
         pairs = [(k, self.problem.unknowns[k]) for k in self.problem.coefficients]
-        found = self.problem.sd, shown.point.shared, error
+        found = self.problem.sd, shown.point.shared, size_errors(self.problem, shown)
         return tuple(Coefficient(q.name, q.unit, q.value, *(float(one[k]) for one in found)) for k, q in pairs)
 
     def _augmented(self) -> dict[str, Any]:

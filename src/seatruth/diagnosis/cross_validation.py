@@ -27,6 +27,7 @@ from seatruth.diagnosis.parts import Fold, Validation
 from seatruth.diagnosis.posterior import counted, log_prior
 from seatruth.diagnosis.prediction_errors import PredictionErrors, Simulated, noise_deviation
 from seatruth.diagnosis.problem import Problem
+from seatruth.diagnosis.reported_sizes import with_reported_sizes
 from seatruth.diagnosis.sections import left_out_together
 from seatruth.models.base import whole_name
 from seatruth.statistics.ratios import ratio_interval
@@ -178,7 +179,7 @@ def validate(
     if len(problem.trials) < 2:
         return None
     refit = Simulated.of(problem, without_forces(search, ()))
-    named = Simulated.of(problem, without_forces(search, shown)) if shown else refit
+    named = Simulated.of(problem, with_reported_sizes(search, shown)) if shown else refit
     control = Simulated.of(problem, search.fits.get(((), True), refit.fit), terms=True)
     beside = search.fits.get((shown, True)) if shown else None
     both = control if beside is None else Simulated.of(problem, beside, terms=True)

@@ -16,6 +16,7 @@ from seatruth.diagnosis.hypothesis_fits import ensure, without_forces
 from seatruth.diagnosis.posterior import SENSOR
 from seatruth.diagnosis.prediction_errors import Simulated, moved
 from seatruth.diagnosis.problem import Point, Problem
+from seatruth.diagnosis.reported_sizes import with_reported_sizes
 from seatruth.effects.causes import is_within
 from seatruth.effects.each_trial import follows_each_trial
 from seatruth.models.base import whole_name
@@ -100,7 +101,7 @@ class Gap:
         """The declared model, the refitted one, and that with the effects of the answer: all without discrepancy."""
         problem = self.problem
         plain = without_forces(self.search, ())
-        named = without_forces(self.search, self.key) if self.key else plain
+        named = self._simulated if self.key else plain
         return {
             "before": refit_initial_states(problem, problem.start, self.deviation),
             "refit": without_discrepancy(problem, plain.point),
@@ -113,8 +114,12 @@ class Gap:
         return {name: misfit(self.problem, self.deviation, point) for name, point in self.points.items()}
 
     @cached_property
+    def _simulated(self) -> Fit:
+        return with_reported_sizes(self.search, self.key)
+
+    @cached_property
     def _named(self) -> Simulated:
-        return Simulated.of(self.problem, without_forces(self.search, self.key))
+        return Simulated.of(self.problem, self._simulated)
 
     def moved_by(self, name: str) -> float:
         """What an effect of the answer moves the trials by: root mean square in deviations of the noise."""

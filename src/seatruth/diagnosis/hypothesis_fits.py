@@ -144,7 +144,27 @@ def ensure(found: Search, key: Key, near: Fit, attempt: str = _FIRST) -> Fit | N
     if known is not None:
         return known
     point = forces_instead(found.problem, near.point, [name for name in near.effects if name not in key])
-    return fit_once(found, key, near.discrepancy, point, near.sizes, attempt=attempt)
+    got = fit_once(found, key, near.discrepancy, point, near.sizes, attempt=attempt)
+    return got if got is not None else _beside_the_model_alone(found, key, near, attempt)
+
+
+def _beside_the_model_alone(found: Search, key: Key, near: Fit, attempt: str) -> Fit | None:
+    """The fit of a set from where the model alone ended, where its runs diverge from the end of `near`.
+
+    Forces cannot always replace a strong term: of an AUV, the scale of its speed sensor was never fitted without it.
+    """
+    problem, alone = found.problem, found.fits.get(((), near.discrepancy))
+    if alone is None or not key:
+        return None
+    point = alone.point
+    for name in key:
+        point = moved_to(problem, point, name, near.point.shared[problem.columns[name]])
+    for words, begin in (("with their values", point), ("at its end", alone.point)):
+        words = f"{attempt}, beside the model alone {words}"
+        got = fit_once(found, key, near.discrepancy, begin, alone.sizes, attempt=words)
+        if got is not None:
+            return got
+    return None
 
 
 def without_forces(found: Search, key: Key) -> Fit:

@@ -240,9 +240,12 @@ def _moved(study: Study, coefficients: Sequence[Coefficient]) -> list[Finding]:
 
 def _set_aside(found: Search) -> list[Finding]:
     """Hypotheses that could not be fitted, in one finding."""
-    if not found.failed:
+    fitted = {key for key, _ in found.fits}
+    failed = sorted(
+        (" and ".join(key) or "the model alone", why) for key, why in found.failed.items() if key not in fitted
+    )
+    if not failed:
         return []
-    failed = sorted((" and ".join(key) or "the model alone", why) for key, why in found.failed.items())
     names = [name for name, _ in failed]
     shown = "; ".join(f"{name}: {why}" for name, why in failed[:3])
     text = f"{len(names)} hypotheses could not be fitted and were set aside ({shown})."

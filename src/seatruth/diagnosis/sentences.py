@@ -20,8 +20,9 @@ The gap comes from a uniform current of 0.21 +- 0.03 m/s towards 40 +- 8 deg (pr
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
+from seatruth.diagnosis.earth_directions import towards
 from seatruth.diagnosis.parts import Shares, Validation
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import EffectParameter, Kind, NamedCause
@@ -121,8 +122,8 @@ def cause_in_words(cause: NamedCause) -> str:
         return f"{cause.title} of {cause.in_words}" if number_first else f"{cause.title} ({cause.in_words})"
     # Whether a wind was the same in all trials is no other cause.
     members = list(dict.fromkeys(name.removeprefix("trial_").replace("_", " ") for name in cause.effects))
-    _, towards, direction = cause.in_words.partition("towards ")
-    titled = f"{cause.title}{f', {towards}{direction}' if direction else ''}"
+    direction = cause.direction or cause.in_words.partition("towards ")[2]
+    titled = f"{cause.title}{f', towards {direction}' if direction else ''}"
     if len(members) == 1:
         return f"{titled}, which may differ from trial to trial"
     return f"{titled}: {', '.join(members[:-1])} or {members[-1]}, which these trials cannot tell apart"
@@ -182,20 +183,6 @@ def _of_waves(parameters: Sequence[EffectParameter]) -> str:
     angle = with_error(math.degrees(way.value) % 360.0, math.degrees(way.stderr))
     size = f"{min(sizes):.2g}" if len(sizes) == 1 else f"{min(sizes):.2g} to {max(sizes):.2g}"
     return f"{size} {pairs[0][0].unit} in waves of {length} s towards {angle} deg"
-
-
-def towards(values: Mapping[str, tuple[float, float]], unit: str = "m/s") -> str:
-    """Components north and east with their deviations as size and direction: "0.21 +- 0.03 m/s towards 40 +- 8 deg"."""
-    if not {"north", "east"} <= set(values):
-        return ""
-    (north, dn), (east, de) = values["north"], values["east"]
-    size = math.hypot(north, east)
-    if size == 0.0:
-        return ""
-    d_size = math.hypot(north * dn, east * de) / size
-    d_angle = math.degrees(math.hypot(north * de, east * dn) / size**2)
-    angle = math.degrees(math.atan2(east, north)) % 360.0
-    return f"{with_error(size, d_size)} {unit} towards {with_error(angle, d_angle)} deg"
 
 
 def meets_noise(shares: Shares) -> bool:

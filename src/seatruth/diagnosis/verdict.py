@@ -112,11 +112,12 @@ class NamedCause:
     title: str
     """The node in words."""
     effects: tuple[str, ...]
-    """The effects that these trials cannot tell apart, the most probable first; one where the cause is an effect."""
+    """The effects that these trials cannot tell apart, first the one that stands for it in what is simulated, then the
+    most probable; one where the cause is an effect."""
     probability: float
     """Of the cause at this level."""
     in_words: str
-    """Size with its uncertainty, of the most probable effect."""
+    """Size with its uncertainty, of the first effect."""
     share: float
     """Part of the gap that it closes."""
     small: bool
@@ -125,6 +126,8 @@ class NamedCause:
     """Its size is beyond what is believed of the vehicle: it looks like this cause, it need not be it."""
     beyond: str = "size"
     """What of it is: "size", or a parameter that says how well its form is known: "ln x ratio of 2.1"."""
+    direction: str = ""
+    """On the earth, that several effects have in common: "303 +- 15 deg"; empty for one effect, or where none has."""
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,9 @@ _WEAK = 0.5
 _WEAK_IF_CORRELATED = 0.1
 """The same for a parameter that is strongly correlated with another: their common error then matters earlier."""
 _FROM_PRIOR = 0.8
-"""Standard error over the prior's from which the value comes from the prior rather than from the data."""
+"""Standard error over the prior's from which the value comes from the prior rather than from the data ..."""
+_NEAR_PRIOR = 2.0
+"""... as long as it lies within so many of the prior's standard deviations: what the data moved further is weak."""
 
 
 def plausible_range(parameter: Parameter) -> float:
@@ -186,12 +188,16 @@ def verdict(
         return "at bound"
     if unidentifiable or not math.isfinite(stderr):
         return "not identifiable"
-    if parameter.prior is not None and stderr > _FROM_PRIOR * parameter.prior.sd:
+    prior = parameter.prior
+    wide = prior is not None and stderr > _FROM_PRIOR * prior.sd
+    if prior is not None and wide and abs(value - prior.mean) <= _NEAR_PRIOR * prior.sd:
         return "from prior"
-    if stderr > plausible_range(parameter):
+    if stderr > plausible_range(parameter) and not wide:
         return "not identifiable"
     if doubted:
         return "doubtful"
+    if wide:
+        return "weak"
     size = abs(value) if value else plausible_range(parameter)
     return "weak" if stderr > (_WEAK_IF_CORRELATED if correlated else _WEAK) * size else "identified"
 

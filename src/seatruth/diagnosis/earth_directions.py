@@ -1,0 +1,64 @@
+"""Sizes and directions on the earth in words, as of a current or a wind: from components north and east.
+
+Example:
+    >>> towards({"north": (0.3, 0.02), "east": (0.0, 0.05)})
+    '0.300 +- 0.020 m/s towards 0.0 +- 9.5 deg'
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from seatruth.diagnosis.verdict import EffectParameter
+from seatruth.text import with_error
+
+_APART = 2.0
+"""Standard errors from which two effects of one cause point in directions of their own. Convention."""
+
+
+def towards(values: Mapping[str, tuple[float, float]], unit: str = "m/s") -> str:
+    """Components north and east with their deviations as size and direction: "0.21 +- 0.03 m/s towards 40 +- 8 deg".
+
+    Empty where there are none.
+    """
+    found = _polar(values)
+    if found is None:
+        return ""
+    size, d_size, angle, d_angle = found
+    return f"{with_error(size, d_size)} {unit} towards {with_error(angle, d_angle)} deg"
+
+
+def common_direction(members: Sequence[Sequence[EffectParameter]]) -> str:
+    """The direction of effects that cannot be told apart, the most probable first: "303 +- 15 deg".
+
+    Where others point elsewhere by more than two standard errors, the range of all: "260 to 303 deg". Empty for one
+    effect, and where the first has no direction, or one for each trial.
+    """
+    found = [_polar({q.name: (q.value, q.stderr) for q in parameters}) for parameters in members]
+    if len(found) < 2 or found[0] is None:
+        return ""
+    known = [one[2:] for one in found if one is not None]
+    first, error = known[0]
+    off = [(_turn(angle - first), math.hypot(error, other)) for angle, other in known]
+    if any(abs(turn) > _APART * both for turn, both in off):
+        turns = [turn for turn, _ in off]
+        return f"{(first + min(turns)) % 360.0:.0f} to {(first + max(turns)) % 360.0:.0f} deg"
+    return f"{with_error(first, error)} deg"
+
+
+def _polar(values: Mapping[str, tuple[float, float]]) -> tuple[float, float, float, float] | None:
+    """Size and direction (deg), each followed by its deviation; None where there are no components."""
+    if not {"north", "east"} <= set(values):
+        return None
+    (north, dn), (east, de) = values["north"], values["east"]
+    size = math.hypot(north, east)
+    if size == 0.0:
+        return None
+    d_angle = math.degrees(math.hypot(north * de, east * dn) / size**2)
+    return size, math.hypot(north * dn, east * de) / size, math.degrees(math.atan2(east, north)) % 360.0, d_angle
+
+
+def _turn(angle: float) -> float:
+    """An angle (deg) as a turn to either side, -180 to 180."""
+    return (angle + 180.0) % 360.0 - 180.0

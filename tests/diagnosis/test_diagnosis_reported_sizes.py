@@ -1,0 +1,51 @@
+"""The fit of an answer without forces, with its effects as large as they are reported."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import small_case as small
+
+from seatruth.diagnosis.fit import Fit
+from seatruth.diagnosis.hypotheses import Search
+from seatruth.diagnosis.reported_sizes import with_reported_sizes
+from seatruth.diagnosis.search import search
+from seatruth.trials.trial import Trial
+
+KEY = ("rudder_offset",)
+
+
+def reporting(found: Search, size: float, *, forces: bool = True) -> tuple[Any, Fit]:
+    """The search where the best fit of the offset has another size, by so many standard errors, and that fit."""
+    bare = found.fits[KEY, False]
+    columns = found.problem.columns[KEY[0]]
+    shared = bare.point.shared.copy()
+    shared[columns] += size * bare.stderr(found.problem)[columns]
+    reported = replace(bare, point=replace(bare.point, shared=shared), discrepancy=forces)
+    fits = {**found.fits, (KEY, forces): reported} if forces else found.fits
+    best = {KEY: reported}.get
+    proxy = SimpleNamespace(problem=found.problem, known=found.known, fits=fits, null=found.null, best=best)
+    return proxy, reported
+
+
+def test_effects_are_simulated_as_large_as_they_are_reported(ship_folder: Path, offset_runs: list[Trial]) -> None:
+    problem = small.problem(ship_folder, offset_runs)
+    found = search(problem, small.silent)
+    bare, columns = found.fits[KEY, False], problem.columns[KEY[0]]
+    near, _ = reporting(found, 2.0)
+    assert with_reported_sizes(near, KEY) is bare, "two standard errors are no other size"
+    far, reported = reporting(found, 12.0)
+    got = with_reported_sizes(far, KEY)
+    assert not got.discrepancy
+    error = reported.stderr(problem)[columns]
+    assert (np.abs(got.point.shared - reported.point.shared)[columns] < error).all()
+    others = problem.coefficients
+    assert (got.point.shared[others] != bare.point.shared[others]).any(), "all else is fitted beside them"
+    # The problem itself, by which all else is measured, keeps its priors.
+    assert problem.mean[columns].tolist() == [0.0]
+    alone, _ = reporting(found, 12.0, forces=False)
+    assert with_reported_sizes(cast(Search, alone), KEY) is bare, "what is reported is the fit without forces"
