@@ -11,11 +11,12 @@ from astray_boat import study
 
 from seatruth import identify
 from seatruth.analysis import check_study
-from seatruth.costs.options import Hold, TrajectoryOptions
+from seatruth.costs.options import TrajectoryOptions
 from seatruth.costs.stepped_orders import steps_from_rest
 from seatruth.models import Model, Order, Parameter, with_servos
 from seatruth.study import Study
 from seatruth.trials import Channel
+from seatruth.trials.channel import Hold
 from seatruth.trials.split import split_at_gaps
 from seatruth.trials.trial import Trial, Trials
 

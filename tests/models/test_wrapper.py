@@ -17,6 +17,7 @@ from seatruth.models import Channel, Model, Observation, Parameter
 from seatruth.models.abkowitz import AbkowitzShip
 from seatruth.models.base import Environment, Equations, record
 from seatruth.models.observed import ObservedModel
+from seatruth.models.with_holds import WithHolds
 from seatruth.models.with_servos import Order, WithServos
 from seatruth.models.wrapper import MODEL_ATTRIBUTES, ModelWrapper
 from seatruth.prediction.population import ByRow
@@ -89,6 +90,7 @@ WRAPPERS: dict[type[ModelWrapper], Callable[[Model], ModelWrapper]] = {
     Leaking: Leaking,
     ByRow: lambda model: ByRow(model, ["Y_v", "rho"]),
     WithServos: lambda model: WithServos(model, {"delta": Order(lag=0.5)}),
+    WithHolds: lambda model: WithHolds(model, {"delta": "zoh"}),
     ObservedModel: lambda model: ObservedModel(model, [Observation("sog")], keep=("u", "v")),
 }
 
@@ -112,7 +114,7 @@ def test_every_attribute_is_kept(kind: type[ModelWrapper]) -> None:
         theirs, ours = getattr(model, name), getattr(wrapper, name)
         if isinstance(theirs, tuple):
             assert ours[: len(theirs)] == theirs, name
-        elif name == "follows":
+        elif name in ("follows", "holds"):
             assert theirs.items() <= ours.items()
         elif name == "longest_step":
             assert ours <= theirs

@@ -25,6 +25,8 @@ WANTED = list(STANDARD_CHANNELS.values())
         ("imu_yaw_rate", "r", "rad/s"),
         ("ahrs_pitch_deg", "theta", "deg"),
         ("usbl_depth", "depth", "m"),
+        ("usbl_lat", "latitude", "deg"),
+        ("ins_lon [deg]", "longitude", "deg"),
         ("m_depth", "depth", "m"),
         ("m_pitch", "theta", "rad"),
         ("eng_pitchAng [deg]", "theta", "deg"),

@@ -6,10 +6,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from seatruth.models import BlackBox, load_model
 from seatruth.readers import Log, Table
 from seatruth.study.fields import Fields
 from seatruth.study.infer_columns import InferredColumn
-from seatruth.study.template_courses import is_held, jumps_by_a_turn, wrapped_angles
+from seatruth.study.template_courses import between_samples, jumps_by_a_turn, wrapped_angles
 from seatruth.trials import Channel
 
 T = np.arange(0.0, 100.0, 0.1)
@@ -28,8 +29,21 @@ STEPS = np.where(T % 20.0 < 10.0, 1500.0, 1650.0) + (np.arange(T.size) % 2)
     ],
 )
 def test_commands_that_step_are_held(numbers: np.ndarray, unit: str, order: bool, held: bool) -> None:
-    guessed = InferredColumn("c_1", "c", unit, "", order)
-    assert is_held({"c": numbers}, guessed) is held
+    guessed = InferredColumn("n", "c", unit, "", order)
+    assert between_samples({"c": numbers}, {"n": guessed}, load_model("mmg")) == (["n"] if held else [], [])
+
+
+def test_what_does_not_step_is_joined_by_lines_beside_orders() -> None:
+    columns = {"rudder": np.sign(np.sin(T)), "rpm": 600.0 + 20.0 * np.sin(0.1 * T)}
+    guesses = {
+        "delta": InferredColumn("delta", "rudder", "deg", "", order=True),
+        "n": InferredColumn("n", "rpm", "rpm", ""),
+    }
+    model = load_model("mmg")
+    assert between_samples(columns, guesses, model) == (["delta"], ["n"])
+    assert between_samples({**columns, "rpm": STEPS}, guesses, model) == (["delta"], []), "it may be an order too"
+    box = BlackBox("box", lambda *_: {}, inputs=model.inputs, outputs=model.outputs, parameters=[])
+    assert between_samples(columns, guesses, box) == (["delta"], []), "it treats all alike"
 
 
 def test_a_heading_that_wraps_jumps() -> None:

@@ -105,6 +105,6 @@ def test_repeated_times_of_a_clock(repeated: Any, kept: float, tmp_path: Path) -
 
 def test_no_input_is_no_limit() -> None:
     one = Series(np.array([1.0, 2.0]), np.array([3.0, 4.0]), np.array([0, 1], dtype=np.intp))
-    found = joined({}, {"x": one}, "foh", "log")
+    found = joined({}, {"x": one}, {}, "log")
     assert found.t.tolist() == [1.0, 2.0]
     assert found.notes == ("2 times of 1 channels with clocks of their own",)

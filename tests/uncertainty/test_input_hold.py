@@ -7,9 +7,10 @@ import pytest
 from astray_boat import NOISE, TRUE, Boat, study
 
 from seatruth import identify
-from seatruth.costs.options import Hold, TrajectoryOptions
+from seatruth.costs.options import TrajectoryOptions
 from seatruth.simulate import simulator
 from seatruth.study import Study
+from seatruth.trials.channel import Hold
 from seatruth.trials.trial import Trial, Trials
 
 STEP = 0.5

@@ -43,6 +43,8 @@ def of_model(model: Model) -> dict[str, Any]:
         from seatruth.simulate import fingerprint
 
         found["equations"] = fingerprint(model)
+        between = {"holds": dict(model.holds), "delays": dict(model.delays)}
+        found |= {part: stated for part, stated in between.items() if stated}
     if isinstance(model, BlackBox) and model.base is not None:
         found["base"] = of_model(model.base)
     if isinstance(model, BlackBox) and model.servos:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from seatruth.arrays import Array
-from seatruth.costs.options import Hold
 from seatruth.costs.problem import EstimationProblem
 from seatruth.simulate import Simulator, simulator
+from seatruth.trials.channel import Hold
 from seatruth.trials.trial import Trial
 
 

@@ -17,9 +17,9 @@ import numpy as np
 
 from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
+from seatruth.trials.channel import Hold
 
 Kind = Literal["trajectory", "regression", "formula"]
-Hold = Literal["foh", "zoh"]
 Form = Literal["euler", "central", "trapezoid"]
 
 _HOLDS = ("foh", "zoh")

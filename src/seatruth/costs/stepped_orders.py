@@ -55,12 +55,13 @@ def _noise_is_enough(trial: Trial | None, name: str, problem: EstimationProblem)
 def stepped_orders(problem: EstimationProblem, trials: Iterable[Trial]) -> list[Finding]:
     """A warning where orders, or commands of drives, step while the study joins their samples by straight lines."""
     options = problem.cost
-    if not isinstance(options, TrajectoryOptions | RegressionOptions) or options.hold == "zoh":
+    if not isinstance(options, TrajectoryOptions | RegressionOptions):
         return []
     runs = list(trials)
     count: dict[str, int] = {}
     spacing = 0.0
-    for name in dict.fromkeys([*(servo.input for servo in problem.model.servos), *_commands(problem)]):
+    ordered = dict.fromkeys([*(servo.input for servo in problem.model.servos), *_commands(problem)])
+    for name in (name for name in ordered if problem.model.holds.get(name, options.hold) == "foh"):
         steps = [_steps(trial, name) for trial in runs]
         if sum(steps):
             count[name] = sum(steps)
@@ -76,7 +77,7 @@ def stepped_orders(problem: EstimationProblem, trials: Iterable[Trial]) -> list[
             f"Orders step, those of {said}, and lines between samples begin each step up to a sampling step early "
             f"({spacing:.2g} s). A lag or a rate limit makes up for it, with a wrong value.",
             "study",
-            'Set hold = "zoh" in [cost], if orders change when they are recorded.',
+            'Set hold = "zoh" in [cost], or of these alone in [channels], if orders change when they are recorded.',
             channel=next(iter(count)) if len(count) == 1 else "",
         )
     ]
@@ -88,10 +89,11 @@ def stepping_inputs(problem: EstimationProblem, trials: Iterable[Trial]) -> dict
     No actuator does that between two samples. Empty where the study holds inputs between samples.
     """
     options = problem.cost
-    if not isinstance(options, TrajectoryOptions) or options.hold == "zoh":
+    if not isinstance(options, TrajectoryOptions):
         return {}
     ordered, runs = {*(servo.input for servo in problem.model.servos), *_commands(problem)}, list(trials)
     names = [channel.name for channel in problem.model.inputs if channel.name not in ordered]
+    names = [name for name in names if problem.model.holds.get(name, options.hold) == "foh"]
     count = {name: sum(_steps(trial, name) for trial in runs) for name in names}
     return {name: steps for name, steps in count.items() if steps}
 

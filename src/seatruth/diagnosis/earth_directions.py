@@ -2,7 +2,7 @@
 
 Example:
     >>> towards({"north": (0.3, 0.02), "east": (0.0, 0.05)})
-    '0.300 +- 0.020 m/s towards 0.0 +- 9.5 deg'
+    '0.300 +- 0.020 m/s towards 0 +- 9.5 deg'
 """
 
 from __future__ import annotations

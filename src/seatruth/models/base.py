@@ -29,7 +29,7 @@ from seatruth.models.geometry import Dimensions
 from seatruth.models.moving_water import carried_by_water, in_moving_water
 from seatruth.models.parameter import Parameter
 from seatruth.models.servo import Servo
-from seatruth.trials.channel import Channel
+from seatruth.trials.channel import Channel, Hold
 
 
 class Environment(NamedTuple):
@@ -149,6 +149,8 @@ class Model:
     front of a black box they act before it runs; it has no states for them."""
     delays: Mapping[str, float] = MappingProxyType({})
     """s: dead time of an order, by input."""
+    holds: Mapping[str, Hold] = MappingProxyType({})
+    """Between samples, "foh" (lines) or "zoh" (held), of inputs that have a rule of their own."""
     linear: tuple[str, ...] = ()
     """Inputs that change in straight lines between samples even where recorded inputs are held: missing forces."""
     trials: tuple[str, ...] = ()

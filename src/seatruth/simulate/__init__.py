@@ -23,7 +23,7 @@ from seatruth.simulate.reference import ReferenceSimulator
 from seatruth.simulate.rhs import evaluate_rhs, evaluate_rhs_jacobian
 from seatruth.simulate.setup import set_up
 from seatruth.simulate.threads import thread_count
-from seatruth.simulate.time_grid import Hold
+from seatruth.trials.channel import Hold
 from seatruth.trials.trial import Trial
 
 __all__ = [

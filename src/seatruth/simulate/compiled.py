@@ -14,7 +14,8 @@ from seatruth.simulate.compiler.program import Program, program
 from seatruth.simulate.compiler.sensitivities import sensitivities
 from seatruth.simulate.compiler.system import Directions
 from seatruth.simulate.setup import Setup
-from seatruth.simulate.time_grid import Hold, TimeGrid, time_grid
+from seatruth.simulate.time_grid import TimeGrid, time_grid
+from seatruth.trials.channel import Hold
 from seatruth.trials.trial import Trial
 
 _MOST_RECORDED = 256 * 1024 * 1024

@@ -20,7 +20,8 @@ from seatruth.models.base import Environment, Model, record
 from seatruth.models.servo import stages
 from seatruth.simulate.serial import RELATIVE_STEP, SerialSimulator
 from seatruth.simulate.setup import ParameterLayout, Setup
-from seatruth.simulate.time_grid import Hold, TimeGrid, time_grid
+from seatruth.simulate.time_grid import TimeGrid, time_grid
+from seatruth.trials.channel import Hold
 from seatruth.trials.trial import Trial
 
 Row = Sequence[float]

@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +14,10 @@ from seatruth.arrays import Array
 from seatruth.errors import BadInput, nearest
 from seatruth.memory import require_memory
 from seatruth.models.base import Model
+from seatruth.trials.channel import Hold
 from seatruth.trials.trial import Trial
 
 Integers = NDArray[np.int64]
-Hold = Literal["foh", "zoh"]
 _GAP = 1.5
 """An interval longer than this many median sampling intervals is a gap and takes several steps. Chosen here [S]."""
 _MOST_IN_A_GAP = 100_000
@@ -67,9 +66,10 @@ class TimeGrid:
 def time_grid(model: Model, trials: Sequence[Trial], hold: Hold, max_step: float | None, finer: int = 1) -> TimeGrid:
     """The grid of some trials (at least one, of at least one sample each, with the model's inputs).
 
-    `hold`: "foh" or "zoh" (zero-order hold). `max_step` s: the longest step, or None for one step an interval and
-    more in a gap; never longer than the model's own `longest_step`. `finer` divides every step further. Raises
-    BadInput for an input that is not finite, a time that does not increase, or too many steps.
+    `hold`: "foh" or "zoh" (zero-order hold), of inputs without a rule of their own (`Model.holds`). `max_step` s: the
+    longest step, or None for one step an interval and more in a gap; never longer than the model's own `longest_step`.
+    `finer` divides every step further. Raises BadInput for an input that is not finite, a time that does not increase,
+    or too many steps.
     """
     if hold not in ("foh", "zoh"):
         raise BadInput(f"hold is {hold!r}", do=nearest(str(hold), ("foh", "zoh")))
@@ -133,14 +133,15 @@ def _of_trial(model: Model, trial: Trial, hold: Hold, max_step: float | None, fi
     before, after = inputs[:-1][interval], inputs[1:][interval]
     stage_inputs = before[:, None, :] + share[:, :, None] * (after - before)[:, None, :]
     stage_inputs[share == 1.0] = after[share[:, 2] == 1.0]
-    if hold == "zoh":
-        held = [k for k, channel in enumerate(model.inputs) if channel.name not in model.linear]
-        stage_inputs[:, :, held] = before[:, None, held]
+    usual: dict[str, Hold] = {**dict.fromkeys(model.linear, "foh"), **model.holds}
+    holds = [usual.get(channel.name, hold) for channel in model.inputs]
+    held = [k for k, one in enumerate(holds) if one == "zoh"]
+    stage_inputs[:, :, held] = before[:, None, held]
     for k, delay in late:
         column = inputs[:, k].copy()
-        inputs[:, k] = _delayed(t, column, t - delay, hold)
-        middles = stage_t[:, 1:2].repeat(3, axis=1) if hold == "zoh" else stage_t
-        stage_inputs[:, :, k] = _delayed(t, column, middles - delay, hold)
+        inputs[:, k] = _delayed(t, column, t - delay, holds[k])
+        middles = stage_t[:, 1:2].repeat(3, axis=1) if holds[k] == "zoh" else stage_t
+        stage_inputs[:, :, k] = _delayed(t, column, middles - delay, holds[k])
     return _TrialGrid(
         t=t,
         inputs=inputs,

@@ -13,6 +13,7 @@ from seatruth.models.parameter import Parameter
 from seatruth.progress import Progress, silent
 from seatruth.study import expressions, formula, noise, observations, parameters, simulators, trial_files
 from seatruth.study.actuators import with_actuators
+from seatruth.study.holds import with_holds
 from seatruth.study.schema import StudyFile
 from seatruth.study.study import Study
 from seatruth.study.validation import Problems
@@ -30,6 +31,8 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems, progress
         model = simulators.model_of(file.model, file.cost.hold, source.parent, problems)
     if model is not None:
         model = observations.observed_as_stated(model, file, problems)
+    if model is not None:
+        model = with_holds(model, file, problems)
     if model is not None:
         model = with_actuators(model, file.actuators, problems)
     recordings = trial_files.recordings(file, source.parent, problems)

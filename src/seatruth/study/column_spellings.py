@@ -34,7 +34,7 @@ _SYSTEMS = {
     **dict.fromkeys(("phi", "theta", "psi"), ("imu", "ahrs", "mru", "eng", "m", *_SOLVED)),
     **dict.fromkeys(("p", "q", "r"), ("imu", "ahrs", "mru", *_SOLVED)),
     **dict.fromkeys(("z", "depth"), ("usbl", "ctd", "pressure", "m", *_SOLVED)),
-    **dict.fromkeys(("latitude", "longitude"), ("m",)),
+    **dict.fromkeys(("latitude", "longitude"), ("m", *_FIXES, *_SOLVED)),
 }
 _CLOCK = frozenset(("time", "timestamp", "datetime", "utc", "stamp", "epoch"))
 """Words of a time; one of them is in its name ..."""

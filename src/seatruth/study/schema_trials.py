@@ -53,12 +53,17 @@ class ChannelTable(Table):
     time: str | None = Field(
         default=None,
         description="Column with the channel's own clock, where it has one. An output keeps its own times; inputs are "
-        "interpolated as `hold` of [cost] says.",
+        "interpolated as their `hold` says.",
     )
     value: FiniteFloat | None = Field(
         default=None,
         description="Of an input that was not recorded: the number that it had throughout, in `unit`, in place of a "
         "column.",
+    )
+    hold: Literal["foh", "zoh"] | None = Field(
+        default=None,
+        description="Of an input, between its samples: foh (straight lines), as what was measured, or zoh (constant), "
+        "as orders; default: `hold` of [cost].",
     )
     measures: str | None = Field(
         default=None,

@@ -18,7 +18,7 @@ from seatruth.study.numbered_columns import numbered_columns, pulse_columns
 from seatruth.study.observations import as_logged, observable
 from seatruth.study.pressure_columns import Pressures, pressure_of_depth
 from seatruth.study.proposals import UTM, accelerometers, named_drives, utm_positions, utm_zone
-from seatruth.study.template_courses import is_held, wrapped_angles
+from seatruth.study.template_courses import between_samples, wrapped_angles
 from seatruth.study.template_parameters import one_line as _one_line
 from seatruth.study.template_parameters import parameter_lines
 from seatruth.study.template_simulator import recordable, simulator_lines, with_names
@@ -116,13 +116,14 @@ def template(
     zone = utm_zone(log)
     if "easting" in guesses and zone is None:
         notes.append('The zone of northing and easting is not known: state it in [frames], as utm = "32 north".')
+    held, joined = between_samples(fields, guesses, model)
     text = "\n".join(
         [
             *_head(path if pattern is None else pattern, log.notes, model, use, name or Path(path).stem),
             *of_simulator,
             *parameter_lines(model, own=":" in use),
             *(_OWN_CLOCKS if clocks else _time(guesses.get("t"), fields, notes)),
-            *_channels(guesses, needed, extra, missing_inputs, fields),
+            *_channels(guesses, needed, extra, missing_inputs, fields, joined),
             *_accelerometers(measured, fields),
             *_left(fields, {c for hit in (*guesses.values(), *measured.values()) for c in hit.columns}, model, given),
             "",
@@ -130,7 +131,7 @@ def template(
             *_actuators([channel.name for channel in model.inputs], guesses),
             *_trials([path, *more] if pattern is None else [pattern], missing_outputs),
             *_steps(wrapped_angles(fields, guesses, [*model.inputs, *model.outputs], others if more else None)),
-            *_rest(model, any(is_held(fields, guesses[c.name]) for c in model.inputs if c.name in guesses)),
+            *_rest(model, bool(held)),
         ]
     )
     return text, notes
@@ -211,6 +212,7 @@ def _channels(
     extra: Sequence[Channel],
     missing_inputs: Sequence[Channel],
     fields: Fields,
+    joined: Container[str],
 ) -> list[str]:
     lines = [
         "# Column and unit of each channel in the file. sign = -1 turns a channel round: psi clockwise, y and v to",
@@ -221,6 +223,7 @@ def _channels(
         hit = guesses.get(channel.name)
         if hit is not None:
             keys = f"unit = {_text(hit.unit)}{hit.turned and ', '}{hit.turned}"
+            keys += ', hold = "foh"' if channel.name in joined else ""
             entry = f"{{ {_source(fields, hit)}, {keys} }}"
             measured = MEASURES[channel.name].title if channel.name in MEASURES else channel.description
             used = f"{hit.why}; {measured}" if channel in needed and measured else hit.why
@@ -231,6 +234,8 @@ def _channels(
                 used = f"{hit.why}; for the checks only"
             if channel.name == "psi" and split_header(hit.column)[0] in MAGNETIC:
                 used += '; magnetic: add declination = "3.5 deg", yours, east positive'
+            if channel.name in joined:
+                used += '; measured, as it does not step: if it is an order, take hold = "foh" away'
             lines.append(f"{channel.name} = {entry}   # {_one_line(used)}")
         elif channel in missing_inputs:
             lines.append(

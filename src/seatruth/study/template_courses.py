@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from seatruth.costs.stepped_orders import steps_from_rest
 from seatruth.effects.undeclared_actuators import USUAL
+from seatruth.models import BlackBox, Model
 from seatruth.readers import Log
 from seatruth.study.fields import Fields
 from seatruth.study.infer_columns import InferredColumn
@@ -59,12 +60,29 @@ def wrapped_angles(
     return [*found, *(name for name in open_ if name in wrapped)]
 
 
-def is_held(columns: Mapping[str, Numbers], guessed: InferredColumn) -> bool:
+def between_samples(
+    columns: Mapping[str, Numbers], guesses: Mapping[str, InferredColumn], model: Model
+) -> tuple[list[str], list[str]]:
+    """Inputs that keep their value until the next sample, and, beside such, those that do not step: measured ones.
+
+    A black box joins or holds all alike.
+    """
+    known = [channel.name for channel in model.inputs if channel.name in guesses]
+    held = [name for name in known if _is_held(columns, guesses[name])]
+    if not held or isinstance(model, BlackBox):
+        return held, []
+    return held, [name for name in known if name not in held and not _steps(columns[guesses[name].column])]
+
+
+def _is_held(columns: Mapping[str, Numbers], guessed: InferredColumn) -> bool:
     """Whether an input keeps its value until the next sample: it is an order, or a command that steps.
 
     A command has no unit, or is a pulse: no actuator moves so, as it may where the column holds an angle or a speed.
     """
     if guessed.order:
         return True
-    numbers = columns[guessed.column]
-    return guessed.unit in ("1", *PULSES) and steps_from_rest(numbers[np.isfinite(numbers)]) > 0
+    return guessed.unit in ("1", *PULSES) and _steps(columns[guessed.column])
+
+
+def _steps(numbers: Numbers) -> bool:
+    return steps_from_rest(numbers[np.isfinite(numbers)]) > 0

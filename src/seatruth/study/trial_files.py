@@ -200,6 +200,7 @@ def column_spec(name: str, maps: Mapping[str, ChannelTable]) -> ColumnSpec:
         declination=number(table.declination, "rad"),
         time=table.time,
         value=table.value,
+        hold=table.hold,
     )
 
 

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
+
+Hold = Literal["foh", "zoh"]
+"""An input between its samples: joined by straight lines (first-order hold), or constant (zero-order hold)."""
 
 
 @dataclass(frozen=True)

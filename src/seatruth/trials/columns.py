@@ -12,7 +12,7 @@ from seatruth.arrays import Array
 from seatruth.errors import BadInput
 from seatruth.readers import Table
 from seatruth.trials.attitude import from_quaternion, from_vector
-from seatruth.trials.channel import Channel
+from seatruth.trials.channel import Channel, Hold
 from seatruth.trials.condition import rows_where
 from seatruth.trials.frames import Frames
 from seatruth.trials.geodesy import from_ddmm
@@ -39,7 +39,8 @@ class ColumnSpec:
     w, x, y, z of the turn from body axes to earth axes. `mean` names columns in one unit whose mean the channel is, as
     twin rudders; a sample that one of them lacks is missing. `declination` (rad, east positive) turns a magnetic
     heading or course to the true one. `time` names the column with the channel's own clock, where it has one. `value`,
-    in place of all that, is the number that the channel has in the whole file, in `unit`.
+    in place of all that, is the number that the channel has in the whole file, in `unit`. `hold` says how samples of an
+    input with a clock of its own are joined, "foh" or "zoh"; None as those of the others.
     """
 
     column: str
@@ -54,6 +55,7 @@ class ColumnSpec:
     time: str | None = None
     value: float | None = None
     mean: tuple[str, ...] = ()
+    hold: Hold | None = None
 
     @property
     def columns(self) -> tuple[str, ...]:

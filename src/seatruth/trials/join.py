@@ -18,7 +18,8 @@ from seatruth.arrays import Array
 from seatruth.errors import BadInput
 from seatruth.readers import Log, Table
 from seatruth.text import listed
-from seatruth.trials.own_clocks import Hold, interpolated
+from seatruth.trials.channel import Hold
+from seatruth.trials.own_clocks import interpolated
 from seatruth.trials.time_axis import Clock
 
 CLOCK = "time of the log"
@@ -41,23 +42,21 @@ class Joined(NamedTuple):
 def on_one_clock(
     log: Log,
     clock: Clock,
-    inputs: Sequence[str],
+    inputs: Mapping[str, Hold],
     others: Sequence[str],
     *,
     flags: Mapping[str, str],
     marks: Sequence[str] = (),
-    hold: Hold = "foh",
 ) -> Joined:
     """The fields of a log as one table.
 
     Args:
         log: the file.
         clock: column of the time and how it is written. A table that lacks it goes by its own clock.
-        inputs: fields that are interpolated.
+        inputs: fields that are interpolated, and how: on straight lines ("foh"), or held ("zoh").
         others: fields that keep their own times.
         flags: field of a condition -> field that it speaks about, in whose table it is looked for first.
         marks: fields that tell which rows belong to the trial; each holds from one sample to the next.
-        hold: how inputs are interpolated: "foh" (straight lines) or "zoh" (held).
 
     Returns:
         The table; its columns have the names that were asked for. A file that is one table without a clock of its own
@@ -94,17 +93,16 @@ def on_one_clock(
         columns[CLOCK] = pd.Series(clocks[first.name], copy=False)
         table = Table(log.source, columns, _units(found), first.lines, first.decimal, first.name)
         return Joined(table, Clock(CLOCK, "s"), start, [])
-    return _several(log, found, clocks, list(inputs), held, start, hold)
+    return _several(log, found, clocks, inputs, held, start)
 
 
 def _several(
     log: Log,
     found: Mapping[str, tuple[Table, str]],
     clocks: Mapping[str, Array],
-    inputs: list[str],
+    inputs: Mapping[str, Hold],
     held: list[str],
     start: str | None,
-    hold: Hold,
 ) -> Joined:
     own = {table.name for name, (table, _) in found.items() if name not in inputs and name not in held}
     rows_of = [topic for topic in clocks if topic in own]
@@ -114,10 +112,10 @@ def _several(
     columns: dict[str, pd.Series[Any]] = {}
     for name, (table, column) in found.items():
         if name in inputs:
-            values, inside, longest = _interpolated(table.numbers(column), clocks[table.name], t, hold)
+            values, inside, longest = _interpolated(table.numbers(column), clocks[table.name], t, inputs[name])
             kept &= inside
             if not np.isin(t[inside], clocks[table.name]).all():
-                how = "linear between" if hold == "foh" else "held after"
+                how = "linear between" if inputs[name] == "foh" else "held after"
                 notes.append(f"{name}: {how} its samples, which are at most {longest:.3g} s apart")
         elif name in held:
             last = np.searchsorted(clocks[table.name], t, side="right") - 1

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from seatruth.arrays import Array
 from seatruth.errors import BadInput
 from seatruth.readers.tables import Table
+from seatruth.trials.channel import Hold
 from seatruth.trials.time_axis import Clock, time_axis
 
 Channels = dict[str, dict[str, Array]]
 """Values by channel, of "inputs" and of "outputs"."""
 Parts = tuple[Array, Channels, NDArray[np.intp], dict[str, Any], list[str]]
 """Times, channels, rows of the file, conditions, notes."""
-Hold = Literal["foh", "zoh"]
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,10 @@ class Joined:
     notes: tuple[str, ...]
 
 
-def joined(inputs: Mapping[str, Series], outputs: Mapping[str, Series], hold: Hold, where: str) -> Joined:
-    """All channels over the times of all their samples.
+def joined(
+    inputs: Mapping[str, Series], outputs: Mapping[str, Series], holds: Mapping[str, Hold], where: str
+) -> Joined:
+    """All channels over the times of all their samples; `holds` by input.
 
     Raises:
         BadInput: a clock runs back or repeats a time, or the channels were not recorded together.
@@ -72,9 +74,12 @@ def joined(inputs: Mapping[str, Series], outputs: Mapping[str, Series], hold: Ho
     if not inside.all():
         notes.append(f"{int((~inside).sum())} times left out, at which an input was not recorded")
     t, rows = t[inside], rows[inside]
-    held = {name: interpolated(series.t, series.values, t, hold) for name, series in inputs.items()}
-    if inputs:
-        notes.append(f"inputs {'linear between' if hold == 'foh' else 'held after'} their samples")
+    held = {name: interpolated(series.t, series.values, t, holds[name]) for name, series in inputs.items()}
+    for hold, how in (("foh", "linear between"), ("zoh", "held after")):
+        names = [name for name in inputs if holds[name] == hold]
+        if names:
+            which = "inputs" if len(names) == len(inputs) else ", ".join(names)
+            notes.append(f"{which} {how} their samples")
     return Joined(t, held, {name: _at_own_times(series, t) for name, series in outputs.items()}, rows, tuple(notes))
 
 
@@ -94,12 +99,17 @@ def _at_own_times(series: Series, t: Array) -> Array:
 
 
 def on_own_clocks(
-    table: Table, clock: Clock, clocks: Mapping[str, str], columns: Channels, repeated: str, hold: Hold
+    table: Table,
+    clock: Clock,
+    clocks: Mapping[str, str],
+    columns: Channels,
+    repeated: str,
+    holds: Mapping[str, Hold],
 ) -> Parts:
     """The channels of a table over the times of all their samples.
 
     `clocks` names the columns with the clocks of channels that have one; the others go by `clock`. Where a clock
-    repeats a time, `repeated` says which sample is kept.
+    repeats a time, `repeated` says which sample is kept. `holds` says of each input how its samples are joined.
     """
     names = dict.fromkeys(clocks.get(channel, clock.column) for kind in columns.values() for channel in kind)
     axes = {name: time_axis(table, replace(clock, column=name)) for name in names}
@@ -117,7 +127,7 @@ def on_own_clocks(
         }
         for kind, named in columns.items()
     }
-    whole = joined(series["inputs"], series["outputs"], hold, table.source)
+    whole = joined(series["inputs"], series["outputs"], holds, table.source)
     notes = [note for axis in axes.values() for note in axis.notes]
     return whole.t, {"inputs": whole.inputs, "outputs": whole.outputs}, whole.rows, first.about, [*notes, *whole.notes]
 

@@ -24,12 +24,12 @@ from seatruth.arrays import Array
 from seatruth.errors import BadInput
 from seatruth.progress import Progress, silent
 from seatruth.readers import Log, Table, read_log
-from seatruth.trials.channel import Channel
+from seatruth.trials.channel import Channel, Hold
 from seatruth.trials.columns import ColumnSpec, channel_values
 from seatruth.trials.condition import columns_of, rows_where
 from seatruth.trials.frames import Frames, in_our_axes
 from seatruth.trials.join import on_one_clock
-from seatruth.trials.own_clocks import Hold, Parts, on_own_clocks
+from seatruth.trials.own_clocks import Parts, on_own_clocks
 from seatruth.trials.places import place
 from seatruth.trials.time_axis import Clock, TimeAxis, time_axis
 from seatruth.trials.trial import Step, Trial
@@ -132,7 +132,7 @@ def trial_from_log(
     joined = on_one_clock(
         log,
         clock,
-        [column for spec in specs["inputs"] for column in spec.values_in],
+        {column: spec.hold or hold for spec in specs["inputs"] for column in spec.values_in},
         [
             *(column for spec in specs["outputs"] for column in spec.values_in),
             *(spec.time for spec in every if spec.time is not None),
@@ -141,7 +141,6 @@ def trial_from_log(
             flag: spec.columns[0] for spec in every if spec.invalid_where for flag in columns_of(spec.invalid_where)
         },
         marks=[] if where is None else columns_of(where),
-        hold=hold,
     )
     table = joined.table
     if where is not None:
@@ -205,7 +204,8 @@ def trial_from_table(
                 notes.append(note)
     lines = np.arange(1, len(table) + 1, dtype=np.int64) if table.lines is None else table.lines
     if axis is None:
-        t, columns, rows, about, said = on_own_clocks(table, clock, clocks, columns, repeated_time, hold)
+        holds = {channel: spec.hold or hold for channel, spec in specs["inputs"].items()}
+        t, columns, rows, about, said = on_own_clocks(table, clock, clocks, columns, repeated_time, holds)
     else:
         t, columns, rows, about, said = _one_clock(table, clock, axis, columns, repeated_time)
     trial = Trial(

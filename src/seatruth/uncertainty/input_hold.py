@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.costs.options import Hold, TrajectoryOptions
+from seatruth.costs.options import TrajectoryOptions
 from seatruth.costs.problem import EstimationProblem
 from seatruth.costs.registry import cost_of
 from seatruth.costs.stepped_orders import stepping_inputs
@@ -21,6 +21,7 @@ from seatruth.models.black_box import BlackBox
 from seatruth.models.fmu import FMU
 from seatruth.optimizers import Budget, minimise
 from seatruth.text import listed
+from seatruth.trials.channel import Hold
 from seatruth.trials.finding import Finding
 
 _HOLDS: tuple[Hold, Hold] = ("foh", "zoh")
