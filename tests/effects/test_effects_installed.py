@@ -127,6 +127,8 @@ def test_where_effects_cannot_act_is_said() -> None:
         with_effects(load_model("mmg"), [known["current"], known["current"]])
     with pytest.raises(BadInput, match="Did you mean 'current'"):
         effects_by_name(["curent"], known)
+    with pytest.raises(BadInput, match="On one actuator alone there are: thruster_gain_port, thruster_gain_starboard"):
+        load_effects(["thruster_gain_left"], model=load_model("twin_thruster"))
     box = BlackBox("box", lambda *_: {}, inputs=(), outputs=(Channel("u", "m/s"),), parameters=())
     with pytest.raises(BadInput, match="black box"):
         with_effects(box, [known["wind"]])

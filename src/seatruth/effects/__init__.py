@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
-from seatruth.effects.base import EQUATIONS, Effect, dimensions_of, effects_by_name
+from seatruth.effects.base import EQUATIONS, Effect, dimensions_of
 from seatruth.effects.black_box import ExtendedBlackBox
 from seatruth.effects.extended import ExtendedModel, with_effects
-from seatruth.errors import BadInput, PluginError
+from seatruth.errors import BadInput, PluginError, nearest
 from seatruth.models.base import Model
 from seatruth.models.user_file import is_file, load_object
 
@@ -37,6 +37,17 @@ def load_effects(specs: Sequence[str], folder: str | Path | None = None, model: 
     if model is not None:
         known = {form.name: form for effect in known.values() for form in (effect, *effect.variants(model))}
     return [_of_file(spec, place) if is_file(spec) else effects_by_name([spec], known)[0] for spec in specs]
+
+
+def effects_by_name(names: Sequence[str], known: Mapping[str, Effect]) -> list[Effect]:
+    """Effects by name; BadInput names the nearest known one, or those on one actuator alone of which it may be one."""
+    for name in names:
+        if name not in known:
+            whole = max((one for one in known if name.startswith(f"{one}_")), key=len, default="")
+            forms = [one for one in known if whole and one.startswith(f"{whole}_") and known[one].which]
+            do = f"On one actuator alone there are: {', '.join(forms)}." if forms else nearest(name, known)
+            raise BadInput(f"there is no effect {name!r}", do=do)
+    return [known[name] for name in names]
 
 
 def _of_file(spec: str, folder: Path) -> Effect:

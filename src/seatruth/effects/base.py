@@ -35,7 +35,7 @@ from seatruth.effects.port_needs import lacks_port
 from seatruth.effects.targets import aliases_of, targets
 from seatruth.effects.undeclared_actuators import USUAL
 from seatruth.effects.vehicle import role_of
-from seatruth.errors import BadInput, PluginError, nearest
+from seatruth.errors import PluginError, nearest
 from seatruth.models.base import Model, record
 from seatruth.models.black_box import BlackBox
 from seatruth.models.geometry import Dimensions
@@ -390,11 +390,3 @@ def dimensions_of(model: Model) -> Dimensions | None:
         return None
     p = record("Parameters", model.parameters)(**model.nominal())
     return Dimensions(*(None if x is None else float(x) for x in model.dimensions(p)))
-
-
-def effects_by_name(names: Sequence[str], known: Mapping[str, Effect]) -> list[Effect]:
-    """Effects by name; BadInput names the nearest known one."""
-    for name in names:
-        if name not in known:
-            raise BadInput(f"there is no effect {name!r}", do=nearest(name, known))
-    return [known[name] for name in names]
