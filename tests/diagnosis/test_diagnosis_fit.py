@@ -13,7 +13,7 @@ import pytest
 import small_case as small
 
 from seatruth.diagnosis import fit as fit_module
-from seatruth.diagnosis.fit import Fit, fit, fit_at, without_discrepancy
+from seatruth.diagnosis.fit import Fit, Stopped, fit, fit_at, without_discrepancy
 from seatruth.diagnosis.pipeline import diagnose
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.settings import Settings
@@ -162,6 +162,41 @@ def test_a_point_is_sought_again_where_new_sizes_leave_much_ahead(
     monkeypatch.setattr(fit_module, "_final_sizes", final)
     fit(problem, good.effects, good.point, good.sizes, noise_prior(problem), discrepancy=False)
     assert len(ends) == rounds
+
+
+def test_promises_that_grow_with_the_sizes_end_a_fit(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a ferry whose rudder stood off, fits of other effects went on for six rounds, each promising more than before
+    and reaching less; the best point stands."""
+    good = fitted(problem, ("rudder_offset",))
+    rounds = iter([(100.0, 50.0), (180.0, 160.0), (400.0, 0.0)])
+    ends: list[Point] = []
+
+    def final(
+        problem: Problem, effects: Sequence[str], point: Point, sizes: Sizes, *rest: object
+    ) -> tuple[object, ...]:
+        ends.append(point)
+        value, left = next(rounds)
+        return sizes, value, 10.0, left
+
+    monkeypatch.setattr(fit_module, "_final_sizes", final)
+    away = replace(good.point, shared=good.point.shared + 0.1 * np.abs(good.point.shared))
+    found = fit(problem, good.effects, away, good.sizes, noise_prior(problem), discrepancy=False)
+    assert len(ends) == 2
+    assert found.point is ends[0]
+
+
+def test_a_fit_stops_where_it_is_known_to_end(problem: Problem) -> None:
+    good = fitted(problem, ("rudder_offset",))
+    away = replace(good.point, shared=good.point.shared + 0.1 * np.abs(good.point.shared))
+    columns, tried = problem.columns["rudder_offset"], list[float]()
+
+    def there(at: Point) -> bool:
+        tried.append(float(at.shared[columns][0]))
+        return True
+
+    with pytest.raises(Stopped):
+        fit(problem, good.effects, away, good.sizes, noise_prior(problem), discrepancy=False, stop=there)
+    assert len(tried) == 1
 
 
 def test_what_is_not_free_stays(problem: Problem) -> None:

@@ -85,3 +85,13 @@ def test_a_part_that_diverges_where_its_set_ended_is_begun_beside_the_model_alon
     np.testing.assert_array_equal(with_values.shared[rest], alone.point.shared[rest])
     assert at_its_end is alone.point
     assert there is not with_values
+
+
+def test_where_a_fit_stops_the_earlier_one_stands(ship_folder: Path, offset_runs: list[Trial]) -> None:
+    found, key = search(small.problem(ship_folder, offset_runs), small.silent), ("rudder_offset",)
+    known = found.fits[key, False]
+    again = hypothesis_fits.fit_once(
+        found, key, False, found.problem.start, known.sizes, attempt="a test", stop=lambda point: True
+    )
+    assert again is known
+    assert found.fits[key, False] is known

@@ -10,7 +10,7 @@ Algorithms, chapter 27).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -60,6 +60,10 @@ _SWEEPS = 8
 """Most sweeps over all sizes at the end of a fit; two or three are usual."""
 _AHEAD_OF_IT = 10.0
 """nats ahead of a fit from which it did not converge. [S] Below, the temperature leaves less than a nat of them."""
+
+
+class Stopped(Exception):
+    """A fit came to a point from which it is known where it ends."""
 
 
 @dataclass(frozen=True)
@@ -138,12 +142,13 @@ def fit(
     discrepancy: bool,
     rival: float = -math.inf,
     rounds: int = ROUNDS,
+    stop: Callable[[Point], bool] | None = None,
 ) -> Fit:
     """Fits a hypothesis from a point.
 
     `rival` is the evidence of the best hypothesis so far: a fit that cannot come near it is broken off. In `rounds`
     steps and sizes take turns. Raises LinAlgError where the linear algebra fails at the end; its evidence is -inf where
-    the model diverges.
+    the model diverges. Raises Stopped where it steps to a point at which `stop` holds.
     """
     settings, effects = problem.settings, tuple(effects)
     channels = sorted({series.channel for series in problem.series})
@@ -152,9 +157,9 @@ def fit(
         point, sizes = without_discrepancy(problem, point), sizes.without_discrepancy()
 
     point, sizes = _approached(problem, effects, point, sizes)
-    reached, left = -math.inf, 0.0
+    best, reached, last_value = (-math.inf, point, sizes, False), -math.inf, -math.inf
     for round_ in range(rounds):
-        last, settled, highest, still, fallen = -math.inf, False, -math.inf, 0, 0.0
+        last, settled, highest, still = -math.inf, False, -math.inf, 0
         taken: Step | None = None
         for number in range(settings.fit_steps):
             at = problem.linearize(point, effects, discrepancy=discrepancy)
@@ -175,7 +180,9 @@ def fit(
                 settled = True
                 break
             taken = step(problem, at, sizes, likelihood, taken)
-            point, fallen = taken.point, fallen + taken.fall
+            point = taken.point
+            if stop is not None and stop(point):
+                raise Stopped
             kept = _kept_promise(problem, at, sizes, likelihood, taken.fall)
             # Derivatives of another point may lead astray; those of runs that bend hold for tiny steps only.
             if problem.lent and kept < _KEPT_PROMISE:
@@ -184,15 +191,20 @@ def fit(
             if taken.fall < settings.settled:
                 settled = True
                 break
-        last_left = left
         sizes, value, gain, left = _final_sizes(problem, effects, point, sizes, known, channels, discrepancy, rival)
         if not value > rival - settings.hopeless:  # nor where the algebra fails: the likelihood is -inf then
+            best = value, point, sizes, settled
             break
-        # New sizes ask for a new point, as long as either still brings something and steps can reach it.
-        brought, stuck = gain if round_ == 0 else value - reached, last_left >= _SAME_SIZES > fallen
-        if brought < _SAME_SIZES and (left < _SAME_SIZES or stuck):
+        # New sizes ask for a new point, as long as that brings something. What is only promised is nothing: where runs
+        # bend, sizes and promises may grow together without end.
+        credited = value - max(left, 0.0)
+        if credited > best[0]:
+            best = credited, point, sizes, settled
+        brought = gain if round_ == 0 else value - last_value
+        if max(brought, left) < _SAME_SIZES or credited < reached + _SAME_SIZES:
             break
-        reached = value
+        reached, last_value = credited, value
+    _, point, sizes, settled = best
     return fit_at(problem, effects, point, sizes, known, discrepancy=discrepancy, settled=settled)
 
 

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from seatruth.arrays import Array
-from seatruth.diagnosis.fit import FEW_ROUNDS, ROUNDS, Fit, fit, fit_at, without_discrepancy
+from seatruth.arrays import Array, Indices
+from seatruth.diagnosis.fit import FEW_ROUNDS, ROUNDS, Fit, Stopped, fit, fit_at, without_discrepancy
 from seatruth.diagnosis.followed import follows, loses_heading
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search
 from seatruth.diagnosis.initial_guess import (
     forces_instead,
     from_equation_error,
     moved_to,
+    stepped,
     with_effect,
-    without_effects,
 )
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Point, Problem
@@ -194,12 +194,13 @@ def fit_once(
     sizes: Sizes,
     attempt: str = _FIRST,
     rival: float = -math.inf,
+    stop: Callable[[Point], bool] | None = None,
 ) -> Fit | None:
     """Fits one hypothesis, and keeps the better of its fits; what cannot be fitted is set aside with its reason.
 
     `attempt` says in words where it begins: no two attempts at one hypothesis have the same words, under which a
     finished one is stored. A fit that cannot come near `rival` (nats) is broken off; the first attempt at a set takes
-    that of the search.
+    that of the search. So is one that comes where it must `stop`, and an earlier fit stands.
     """
     beside = f"{'with' if discrepancy else 'without'} discrepancy over {found.problem.settings.knots} knots"
     library = len(found.problem.effects)
@@ -214,7 +215,12 @@ def fit_once(
     found.tell(key)
     try:
         rounds = FEW_ROUNDS if key and discrepancy and _is_rough(found) else ROUNDS
-        got = fit(found.problem, key, start, sizes, found.known, discrepancy=discrepancy, rival=rival, rounds=rounds)
+        got = fit(
+            found.problem, key, start, sizes, found.known,
+            discrepancy=discrepancy, rival=rival, rounds=rounds, stop=stop,
+        )  # fmt: skip
+    except Stopped:
+        return found.fits.get((key, discrepancy))
     except np.linalg.LinAlgError as trouble:
         found.failed.setdefault(key, str(trouble))
         return None
@@ -276,7 +282,7 @@ def _fit_bare(found: Search, key: Key, near: Fit, start: Point) -> tuple[Point, 
     if plain is not None and strays and near.discrepancy and not near.effects:
         return start, fit_once(found, key, False, plain.point, plain.sizes, attempt=_FROM_ITS_BEST_PART)
     if not near.discrepancy or expected > best - max(HOPE, gap / 2.0):
-        return start, fit_once(found, key, False, _stepped(problem, likelihood, bare, key, start), bare)
+        return start, fit_once(found, key, False, stepped(problem, likelihood, bare, key, start), bare)
     return start, None
 
 
@@ -287,11 +293,17 @@ def _from_other_starts(found: Search, key: Key, near: Fit, got: Fit | None) -> F
         columns, mean = problem.columns[name], problem.mean[problem.columns[name]]
         plain = found.fits.get((near.effects, False), near)
         for number, values in enumerate(found.starts[name][:_OTHER_STARTS]):
-            moved = 0.0 if got is None else float(np.abs(got.point.shared[columns] - mean).max())
-            if moved > _FALLEN * float(np.abs(values - mean).max()):
+            least = _FALLEN * float(np.abs(values - mean).max())
+
+            def fallen(at: Point, columns: Indices = columns, mean: Array = mean, least: float = least) -> bool:
+                return bool((np.abs(at.shared[columns] - mean) <= least).all())
+
+            if got is not None and not fallen(got.point):
                 break
-            point = moved_to(problem, plain.point, name, values)
-            got = fit_once(found, key, False, point, plain.sizes, attempt=f"from start {number} of {name}") or got
+            point, words = moved_to(problem, plain.point, name, values), f"from start {number} of {name}"
+            # One that falls back too would end where the first one did.
+            stop = None if got is None else fallen
+            got = fit_once(found, key, False, point, plain.sizes, attempt=words, stop=stop) or got
     return got
 
 
@@ -323,16 +335,6 @@ def _beside(found: Search, got: Fit, near: Fit) -> Sizes:
     return max(options, key=OfSizes(likelihood, got.effects, found.known))
 
 
-def _stepped(problem: Problem, likelihood: Likelihood, sizes: Sizes, key: Key, start: Point) -> Point:
-    """Where one full step from a point leads; the point itself where the model diverges there."""
-    try:
-        step = likelihood.solve(sizes, key)
-    except np.linalg.LinAlgError:
-        return start
-    point = problem.moved(start, step.shared, step.local)
-    return point if np.isfinite(problem.errors(point)).all() else start
-
-
 def _start(found: Search, key: Key, near: Fit) -> Point:
     """The point of a near fit, with each further effect where it is best begun."""
     point = near.point
@@ -347,17 +349,6 @@ def started(problem: Problem, near: Fit, name: str, values: Array) -> Point:
     if near.discrepancy:
         return with_effect(problem, near.point, name, values)
     return moved_to(problem, near.point, name, values)
-
-
-def in_each_trial(problem: Problem, point: Point, name: str, own: str) -> Point:
-    """The point with an effect's values in each trial's own ones, and the effect itself at its null."""
-    like = problem.effects[name]
-    values = dict(zip((q.name for q in like.parameters), point.shared[problem.columns[name]]))
-    repeated = []
-    for q in problem.effects[own].parameters:
-        same = q.name if q.name in values else next(m for m in like.magnitudes if q.name.startswith(f"{m}_"))
-        repeated.append(values[same])
-    return moved_to(problem, without_effects(problem, point, [name]), own, np.array(repeated))
 
 
 def _is_rough(found: Search) -> bool:

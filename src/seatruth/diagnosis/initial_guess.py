@@ -16,7 +16,9 @@ import numpy as np
 from seatruth.arrays import Array, Flags
 from seatruth.diagnosis.compensation import compensated
 from seatruth.diagnosis.discrepancy.model import hats
+from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Point, Problem
+from seatruth.diagnosis.sizes import Sizes
 from seatruth.models.black_box import BlackBox
 from seatruth.models.motion_records import motion
 from seatruth.simulate import evaluate_rhs, evaluate_rhs_jacobian
@@ -139,6 +141,27 @@ def forces_instead(problem: Problem, point: Point, names: Sequence[str]) -> Poin
     Where they only vanish, a long run that they held near its record strays or diverges.
     """
     return compensated(problem, point, without_effects(problem, point, names).shared)
+
+
+def stepped(problem: Problem, likelihood: Likelihood, sizes: Sizes, key: Sequence[str], start: Point) -> Point:
+    """Where one full step from a point leads; the point itself where the model diverges there."""
+    try:
+        step = likelihood.solve(sizes, key)
+    except np.linalg.LinAlgError:
+        return start
+    point = problem.moved(start, step.shared, step.local)
+    return point if np.isfinite(problem.errors(point)).all() else start
+
+
+def in_each_trial(problem: Problem, point: Point, name: str, own: str) -> Point:
+    """The point with an effect's values in each trial's own ones, and the effect itself at its null."""
+    like = problem.effects[name]
+    values = dict(zip((q.name for q in like.parameters), point.shared[problem.columns[name]]))
+    repeated = []
+    for q in problem.effects[own].parameters:
+        same = q.name if q.name in values else next(m for m in like.magnitudes if q.name.startswith(f"{m}_"))
+        repeated.append(values[same])
+    return moved_to(problem, without_effects(problem, point, [name]), own, np.array(repeated))
 
 
 def _solved(problem: Problem, A: Array, target: Array, kept: Flags) -> Array:

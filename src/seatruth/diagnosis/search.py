@@ -20,8 +20,8 @@ from seatruth.diagnosis.directions import Tried, fit_directions
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.forces_beside import forces_wanted, may_do_without
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search, comparable, strays
-from seatruth.diagnosis.hypothesis_fits import ensure, fit_both, fit_null, fit_once, in_each_trial
-from seatruth.diagnosis.initial_guess import forces_instead
+from seatruth.diagnosis.hypothesis_fits import ensure, fit_both, fit_null, fit_once
+from seatruth.diagnosis.initial_guess import forces_instead, in_each_trial
 from seatruth.diagnosis.nesting import nest
 from seatruth.diagnosis.noise_sharing import share_noise
 from seatruth.diagnosis.other_faults import with_faults_of, with_other_faults

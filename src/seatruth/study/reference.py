@@ -37,9 +37,9 @@ _TABLES: tuple[tuple[str, type[BaseModel]], ...] = (
 NOISE = (
     'One entry for each channel: its standard deviation as a number in SI units, as text with a unit ("0.1 deg"), or '
     '"estimate" (the default), which estimates it from the residuals. That of latitude and longitude is read in '
-    'metres, "0.1 m": it is that of x and y, which they become. To `identify` it is all that model and sensors miss, by '
-    "which channels and priors are weighed; `diagnose` takes it for the white part, as a data sheet has it, and finds "
-    "slow errors beside it."
+    'metres, "0.1 m": it is that of x and y, which they become. To `identify` it is all that model and sensors miss, '
+    "by which channels and priors are weighed; `diagnose` takes it for the white part, as a data sheet has it, and "
+    "finds slow errors beside it."
 )
 
 
