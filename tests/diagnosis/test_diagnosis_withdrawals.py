@@ -192,6 +192,18 @@ def test_an_error_of_a_sensor_that_would_show_on_trials_left_out_and_does_not_is
     assert outdone(both, found, having, 31.0, worse) == both
 
 
+def test_an_error_of_a_sensor_stays_where_it_shows_beside_terms_of_no_name() -> None:
+    """Of a ferry whose receiver was 2.5 s late, in runs that its model misses by far: nothing of the gap, and 60 % of
+    what terms leave."""
+    errors = [(6.06, 4.13, 1.59, 1.13), (3.69, 3.45, 1.5, 1.22), (20.9, 23.5, 42.8, 17.0), (9.2, 10.3, 42.8, 10.5)]
+    folds = tuple(Fold("run", ("receiver_delay",), *each, 0.95, 0.3, 30.0) for each in errors)
+    entries = (("receiver_delay",), 0.99, True), ((), 0.01, True)
+    said, found = decided(*entries), hypotheses(*entries)
+    assert outdone(said, found, Validation(folds, -0.02, -0.4, 0.36, -2.0), 7.3) == said
+    hardly = tuple(replace(fold, error_both=fold.error_discrepancy - 0.05) for fold in folds)
+    assert outdone(said, found, Validation(hardly, -0.02, -0.4, 0.36, -2.0), 7.3).outdone == ("receiver_delay",)
+
+
 def test_of_two_that_predict_nothing_together_the_one_that_predicts_alone_stays() -> None:
     """Of a ship on a pond: a position 0.9 s late closed 35 % of its gap, and beside a lag of the thruster none."""
     entries = (("position_delay", "thruster_lag"), 0.9, True), ((), 0.1, True)
