@@ -57,15 +57,21 @@ def test_masses_added_masses_and_gravity_stay_and_it_is_said_why() -> None:
     class Own(Few):
         parameters = (
             *Few.parameters,
-            *(Parameter(name, 4.0, "kg", min=0.0, max=9.0) for name in ("m_0", "m_h", "a_11", "A_33", "lambda_22")),
+            *(
+                Parameter(name, 4.0, "kg", min=0.0, max=9.0)
+                for name in ("m_0", "m_h", "a_11", "A_33", "lambda_22", "Y_dv")
+            ),
+            Parameter("m_x", 0.05, "1", min=0.0, max=0.3),
+            Parameter("k_0", 0.5, "1", min=0.3, max=0.7, source="open-water curve"),
+            Parameter("Y_d", 79.0, "kg/(m rad)", min=10.0, max=300.0, source="slope of a low aspect ratio"),
             Parameter("I_px", 4.0, "kg m2", min=0.0, max=9.0),
             Parameter("g", 9.81, "m/s2", min=9.7, max=9.9),
             Parameter("M_q", -4.0, "kg m2/s", min=-9.0, max=0.0),
         )
 
     lines = parameter_lines(Own(), own=True)
-    place = lines.index('vary = ["X_u", "Y_v", "N_r", "M_q"]')
-    assert "no scale and no drawing gives" in lines[place - 1]
+    place = lines.index('vary = ["X_u", "Y_v", "N_r", "Y_d", "M_q"]')
+    assert "no scale, drawing or data sheet gives" in lines[place - 1]
 
 
 def test_no_reason_is_given_where_the_model_frees_its_own() -> None:

@@ -25,10 +25,16 @@ _ZONE = re.compile(r"(\d{1,2})\s*(north|south|[C-HJ-NP-X])", re.IGNORECASE)
 _NORTHERN, _SOUTHERN = "NPQRTUVWX", "CDEFGHJKLM"
 """Letters of latitude bands. S is missing: "32S" can be band S, which is north, or the south."""
 _OF_A_DRAWING = frozenset(("m", "m2", "m^2", "m3", "m^3", "kg/m3", "kg/m^3"))
-_OF_A_MASS = re.compile(r"(m|i|j)(_?[xyz]+)?|[ij]_\w*[xyz]|(a_?|lambda_)\d\d|mass.*|.*(dot|d)", re.IGNORECASE)
-"""Names of masses, moments of inertia and added masses, of a unit of kg: m, m_y, I_zz, I_px, A_33, X_ud, N_rdot.
+_OF_A_MASS = re.compile(
+    r"(m|i|j)(_?[xyz]+)?|[ij]_\w*[xyz]|(a_?|lambda_)\d\d|mass.*|[xyzkmn]_?(d[uvwpqr]|[uvwpqr]_?d(ot)?)", re.IGNORECASE
+)
+"""Names of masses, moments of inertia and added masses, of a unit of kg: m, m_y, I_zz, I_px, A_33, X_ud, X_du, N_rdot.
 Damping may have that unit too. A scale and a drawing know masses and sizes, and where they are free as well as the
 forces, a record shows the ratio of the two alone."""
+_OVER_THE_MASS = re.compile(r"m_[xyz]")
+"""Names of added masses over the mass."""
+_ON_PAPER = re.compile(r"\b(data ?sheet|drawing|scales|open[- ]water)\b", re.IGNORECASE)
+"""Words of a source that knows a parameter better than a record shows it."""
 
 _OF_A_PART = re.compile(r"m(_?\d|_[a-z]\w*)")
 """Names of the mass of a part, or of a difference of masses, in kg: m_0, m_h, m_disp. Derivatives have a large M."""
@@ -80,7 +86,9 @@ def accelerometers(fields: Mapping[str, NDArray[np.float64]], model: Model) -> d
 
 
 def is_measured(parameter: Parameter) -> bool:
-    """Whether a scale or a drawing knows a parameter, or everybody: a mass, a moment of inertia, a size, gravity."""
+    """Whether scales, a drawing or a data sheet know a parameter, or everybody: a mass, an inertia, a size, gravity."""
+    if _ON_PAPER.search(parameter.source) or (parameter.unit == "1" and _OVER_THE_MASS.fullmatch(parameter.name)):
+        return True
     heavy = parameter.unit.startswith("kg") and _OF_A_MASS.fullmatch(parameter.name) is not None
     weighed = parameter.unit == "kg" and _OF_A_PART.fullmatch(parameter.name) is not None
     return heavy or weighed or parameter.unit in _OF_A_DRAWING or (parameter.name == "g" and parameter.unit in _GRAVITY)

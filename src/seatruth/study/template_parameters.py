@@ -10,7 +10,7 @@ from seatruth.study.template_simulator import free_parameters
 
 _USUAL = ("Y_v", "Y_r", "N_v", "N_r", "Z_w", "Z_q", "M_w", "M_q", "Zw", "Zq", "Mw", "Mq")
 """Linear hull derivatives: what a first fit usually asks for, where a model frees nothing itself."""
-_WHY = "# Free are those with bounds that no scale and no drawing gives: no mass, added mass, inertia or size."
+_WHY = "# Free are those with bounds that no scale, drawing or data sheet gives: no mass, added mass, inertia or size."
 _KNOWN = 0.2
 """Standard deviation over the value that a diagnosis takes where a study states none (`diagnosis.settings`)."""
 
