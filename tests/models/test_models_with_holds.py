@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -24,7 +26,7 @@ class Sum(Model):
     parameters = (Parameter("k", 1.0, "1"),)
 
     @staticmethod
-    def rhs(s, i, p):  # type: ignore[no-untyped-def]  # as users write it
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
         return (p.k * i.order, p.k * i.measured)
 
 
