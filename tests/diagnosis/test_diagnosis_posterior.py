@@ -75,6 +75,13 @@ def test_steady_forces_fixed_to_the_earth_are_not_told_apart_by_what_a_wrong_for
     assert far["wind",] < 0.1 * far["wave_drift",]
 
 
+def test_the_next_trial_is_not_asked_to_tell_a_wind_from_the_drift_of_waves() -> None:
+    """It would be told to by their forms, which the verdict says are not known well enough."""
+    effects = available()
+    names = ["position_delay", "wave_drift", "wind", "position_delay", "current", "trial_wind"]
+    assert posterior.without_other_forms(names, effects) == ["position_delay", "wave_drift", "current", "trial_wind"]
+
+
 def test_what_the_leading_fit_did_not_reach_makes_its_answer_less_sure() -> None:
     reached, short = searched(FITS), searched(FITS)
     short.fits[("current", "wind"), False].ahead = 400.0

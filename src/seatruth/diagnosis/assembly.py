@@ -218,12 +218,12 @@ class Assembly:
 
     def suggestion(self, say: Callable[[str, int, int], None]) -> NextTrial:
         """The trial that best separates the causes that are left, with the motion that is expected of it."""
-        members = [name for cluster in self.decision.clusters for name in cluster.effects]
+        problem, members = self.problem, [name for one in self.decision.clusters for name in one.effects]
         sets = posterior.answers(self.hypotheses)
         alone = [key[0] for key, p in sets.items() if len(key) == 1 and p > _HARDLY][:_SURVIVORS]
-        names = list(dict.fromkeys([*members, *alone]))
+        names = posterior.without_other_forms([*members, *alone], problem.effects)
         fitted = {name: max(self.inclusion[name], _HARDLY) for name in names if self.search.best((name,)) is not None}
-        return with_motion(next_trial(self.search, fitted, say), self.problem, self.gap.points["effects"])
+        return with_motion(next_trial(self.search, fitted, say), problem, self.gap.points["effects"])
 
     def diagnosis(
         self,

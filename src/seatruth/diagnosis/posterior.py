@@ -91,6 +91,22 @@ def counted(search: Search, evidence: Array, keys: Sequence[Key], lowest: float)
     return in_another_form(found, evidence, _other_forms(keys, search.problem.effects), settings.unseen_form)
 
 
+def without_other_forms(names: Iterable[str], effects: Mapping[str, Effect]) -> list[str]:
+    """These effects, each once, of steady forces fixed to the earth the first: a trial tells others from it by form only.
+
+    Example:
+        >>> from seatruth.effects import available
+        >>> without_other_forms(["wave_drift", "current", "wind", "trial_wind"], available())
+        ['wave_drift', 'current', 'trial_wind']
+    """
+    found: dict[str, str] = {}
+    for name in names:
+        one = effects[name]
+        form = f"{FIXED_TO_EARTH} {one.each_trial}" if is_within(one.cause, FIXED_TO_EARTH) else name
+        found.setdefault(form, name)
+    return list(found.values())
+
+
 def _other_forms(keys: Sequence[Key], effects: Mapping[str, Effect]) -> list[list[int]]:
     """For each set, the places of those with another steady force fixed to the earth in the place of its own."""
     forces = [name for name, one in effects.items() if is_within(one.cause, FIXED_TO_EARTH)]
