@@ -92,7 +92,7 @@ def counted(search: Search, evidence: Array, keys: Sequence[Key], lowest: float)
 
 
 def without_other_forms(names: Iterable[str], effects: Mapping[str, Effect]) -> list[str]:
-    """These effects, each once, of steady forces fixed to the earth the first: a trial tells others from it by form only.
+    """These effects, each once, of steady forces fixed to the earth the first: their forms alone tell others from it.
 
     Example:
         >>> from seatruth.effects import available
