@@ -103,6 +103,11 @@ def check(html: str, diagnosis: Diagnosis, augmented: str) -> None:
             assert share in verdict.sentence
             assert share in page.text("validation")
 
+    # What cannot be told apart is not distinguished already.
+    left = set(diagnosis.next_trial.survivors) if diagnosis.next_trial is not None else set[str]()
+    if any(len(left & {*cause.effects}) > 1 for cause in verdict.causes):
+        assert "already distinguish" not in summary
+
     # The formula is shown where the verdict says that the structure lacks something.
     for line in formula_in_words(diagnosis):
         assert line in page.text("discrepancy")

@@ -206,6 +206,17 @@ def test_a_next_trial_that_does_not_help_is_not_suggested() -> None:
 
 
 @pytest.mark.usefixtures("undrawn")
+def test_what_a_verdict_cannot_tell_apart_is_not_distinguished_already() -> None:
+    """Of a ship on a pond the wind and the drift of waves were 250 deviations apart by their exact forms."""
+    for kind, already in (("inseparable", False), ("underpowered", True)):
+        found = diagnosis(kind)
+        assert found.next_trial is not None
+        far = replace(found, next_trial=replace(found.next_trial, noncentrality_now=6e4, noncentrality_then=8e5))
+        said = text.next_in_words(far)
+        assert ("already distinguish" in said) is already
+        assert ("It would best separate" in said) is not already
+
+
 def test_errors_of_the_data_stand_above_the_verdict() -> None:
     found = diagnosis()
     found.findings = [

@@ -255,7 +255,9 @@ def next_in_words(diagnosis: Diagnosis, *, detailed: bool = True) -> str:
     size = f"from {number(now, 2)} to {number(then, 2)} standard deviations"
     grows = f"the distance of the most probable one from the nearest other grows {size}"
     trial = f"{capitalized(suggested.manoeuvre)}{about}"
-    if suggested.noncentrality_now >= NEAR:
+    # Members of one cause are apart by their exact forms, which the verdict does not take for known.
+    alike = any(len({*cause.effects} & {*suggested.survivors}) > 1 for cause in diagnosis.verdict.causes)
+    if suggested.noncentrality_now >= NEAR and not alike:
         return f"These trials already distinguish {causes}. {trial} would separate them further: {grows}."
     still = "" if suggested.noncentrality_then >= NEAR else " That is still too little to distinguish them."
     return f"{trial}. It would best separate {causes}: {grows}.{still}"
