@@ -50,7 +50,7 @@ def test_an_input_on_a_clock_of_its_own_is_brought_over_as_it_says(tmp_path: Pat
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (('psi = { unit = "deg" }', 'psi = { unit = "deg", hold = "zoh" }'), "'psi' is no input of the model"),
+        (('psi = { unit = "deg" }', 'psi = { unit = "deg", hold = "zoh" }'), "has no input 'psi'"),
         (("conditions = {", 'channels.n.hold = "foh"\nconditions = {'), "it is the same in all trials"),
         (('n = { unit = "rev/s" }', 'n = { unit = "rev/s", hold = "linear" }'), "hold"),
     ],
@@ -75,5 +75,5 @@ def test_a_simulator_that_integrates_by_itself_is_told_so(tmp_path: Path) -> Non
         '[study]\nname = "box"\n[model]\nuse = "box.py:make"\n[channels]\nn = { hold = "zoh" }\n'
         '[[trials]]\nfile = "run.csv"\n[cost]\nkind = "trajectory"\n'
     )
-    with pytest.raises(BadInput, match="integrates by itself joins or holds all its inputs alike"):
+    with pytest.raises(BadInput, match="integrates by itself: it joins or holds all its inputs alike"):
         load_study(tmp_path / "s.toml")

@@ -12,6 +12,7 @@ from seatruth.costs.problem import EstimationProblem
 from seatruth.effects.undeclared_actuators import bare, drive_commands
 from seatruth.models.black_box import BlackBox
 from seatruth.text import listed
+from seatruth.trials.channel import Hold
 from seatruth.trials.check.helpers import pauses
 from seatruth.trials.check.limits import COARSE_INPUT_STEP
 from seatruth.trials.check.sensors import least_noise
@@ -61,7 +62,7 @@ def stepped_orders(problem: EstimationProblem, trials: Iterable[Trial]) -> list[
     count: dict[str, int] = {}
     spacing = 0.0
     ordered = dict.fromkeys([*(servo.input for servo in problem.model.servos), *_commands(problem)])
-    for name in (name for name in ordered if problem.model.holds.get(name, options.hold) == "foh"):
+    for name in _joined_by_lines(ordered, problem, options.hold):
         steps = [_steps(trial, name) for trial in runs]
         if sum(steps):
             count[name] = sum(steps)
@@ -93,9 +94,14 @@ def stepping_inputs(problem: EstimationProblem, trials: Iterable[Trial]) -> dict
         return {}
     ordered, runs = {*(servo.input for servo in problem.model.servos), *_commands(problem)}, list(trials)
     names = [channel.name for channel in problem.model.inputs if channel.name not in ordered]
-    names = [name for name in names if problem.model.holds.get(name, options.hold) == "foh"]
-    count = {name: sum(_steps(trial, name) for trial in runs) for name in names}
+    joined = _joined_by_lines(names, problem, options.hold)
+    count = {name: sum(_steps(trial, name) for trial in runs) for name in joined}
     return {name: steps for name, steps in count.items() if steps}
+
+
+def _joined_by_lines(names: Iterable[str], problem: EstimationProblem, usual: Hold) -> list[str]:
+    """Those of these inputs that go from sample to sample on lines."""
+    return [name for name in names if problem.model.holds.get(name, usual) == "foh"]
 
 
 def _commands(problem: EstimationProblem) -> tuple[str, ...]:

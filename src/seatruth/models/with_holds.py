@@ -34,7 +34,7 @@ class WithHolds(ModelWrapper):
     def __init__(self, base: Model, holds: Mapping[str, Hold]) -> None:
         if isinstance(base, BlackBox):
             what = f"model {base.name!r} integrates by itself: it joins or holds all its inputs alike"
-            raise BadInput(what, do="Set `hold` in [cost], or resample the input (step `shift_time`, half a sample).")
+            raise BadInput(what, do="Set `hold` in [cost], or move it by half a sample (step `shift_time`).")
         known = [channel.name for channel in base.inputs]
         for name in holds:
             if name not in known:
