@@ -17,6 +17,8 @@ from withheld.diagnose import diagnose
 from withheld.generate import SETS, generate
 from withheld.markdown import markdown
 from withheld.page import write_page
+from withheld.pooled import in_words
+from withheld.pooled import markdown as pooled
 from withheld.records.make import SET as REAL
 from withheld.records.make import make as make_real
 from withheld.records.page import write_page as write_real_page
@@ -67,9 +69,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         "--keep-temperature", action="store_true", help="leave the temperature as the set was diagnosed with"
     )
     fitted.add_argument("--keep-priors", action="store_true", help="leave the shares of the kinds of answers likewise")
-    shown = steps.add_parser("table", help="the score as a table in Markdown, to stand in a README")
+    shown = steps.add_parser("table", help="the score as a table in Markdown, for the page of the blind sets")
     shown.add_argument("--out", type=Path, required=True, help="folder of a set that is scored")
     shown.add_argument("--draft", action="store_true", help="also of a tree with changes, and marked so")
+    steps.add_parser("pooled", help="all published blind sets as one table in Markdown, and in words")
     whole = steps.add_parser("all", help="all three steps in turn, with every program; what is finished is kept")
     whole.add_argument("--set", choices=WHICH, help="default: dev, and then real where the real trials are there")
     whole.add_argument("--out", type=Path, help="default: results/withheld-SET, with -quick for --quick")
@@ -94,6 +97,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             print(json.dumps(calibrate(given.out, seed=given.seed, **kept), indent=1))
         elif given.step == "table":
             print(markdown(given.out, draft=given.draft), end="")
+        elif given.step == "pooled":
+            print(pooled(), in_words(), sep="\n")
         else:
             everything(given)
     except SeatruthError as problem:

@@ -1,4 +1,4 @@
-"""The score as a table in Markdown, so that no figure in a README is typed."""
+"""The score as a table in Markdown, so that no published figure is typed."""
 
 from __future__ import annotations
 

@@ -21,6 +21,8 @@ _TOP = {
     "SECURITY.md": "project/security.md",
     "experiments/README.md": "gallery/experiments.md",
     "experiments/real_ships/README.md": "gallery/real_ships.md",
+    "experiments/withheld/blind_sets.md": "gallery/blind_sets.md",
+    "experiments/withheld/real_records.md": "gallery/real_records.md",
 }
 """Pages outside docs/ and their places in the site."""
 

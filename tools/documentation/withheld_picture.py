@@ -1,6 +1,6 @@
-"""The picture of the withheld-effect benchmark: what its published tables say, each share beside its goal.
+"""The picture of the withheld-effect benchmark: what its published table says, each share beside its goal.
 
-It is drawn from the tables of experiments/README.md whenever the site is made, so that it never says anything else.
+It is drawn from the table of experiments/README.md whenever the site is made, so that it never says anything else.
 """
 
 from __future__ import annotations
@@ -17,11 +17,10 @@ from seatruth.report.figures.style import CYCLE, INK, placed, styled
 
 _HEADING = "## withheld"
 _SHARE = re.compile(r"(?P<value>[\d.]+) \((?P<low>[\d.]+) to (?P<high>[\d.]+)\)")
-_GOAL = re.compile(r"(?:>=|<=) ([\d.]+)")
-_RATIO = re.compile(r"\bover the\b|\bthe oracle's")
-"""Measures that compare with another program's: no shares, or shares that need the row above."""
-_ASIDE = re.compile(r" \(by chance alone [\d.]+\)")
-"""What a set adds to the name of a measure."""
+_GOAL = re.compile(r"[\d.]+")
+"""The bound of a goal, or both."""
+_ENDS = " (95 % interval)"
+"""How the head of a column with shares and intervals ends."""
 _MARKS = "osD^vPX"
 _ROW = 0.42
 """Height of a measure, inches."""
@@ -29,7 +28,7 @@ _ROW = 0.42
 
 @dataclass(frozen=True)
 class Scored:
-    """A published table: its title, and of each share its goal as printed, its value and the ends of its interval."""
+    """A column of shares: its title; of each measure the goal as printed, the share and the ends of its interval."""
 
     title: str
     rows: dict[str, tuple[str, float, float, float]]
@@ -47,8 +46,7 @@ def insert(page: Path) -> None:
     picture(found).savefig(folder / "withheld.svg")
     shown = (
         f"{heading}\n\n![Scores of the blind sets beside their goals](figures/withheld.svg)\n\n"
-        "Shares of the tables below (synthetic cases), with 95 % intervals; the black bars are the goals. The newest "
-        "set is the uppermost of each group.\n"
+        "Shares of the table below (synthetic cases), with 95 % intervals; the black bars are the goals.\n"
     )
     page.write_text(text.replace(f"{heading}\n", shown, 1), encoding="utf-8")
 
@@ -62,29 +60,27 @@ def _section(text: str) -> tuple[str, str]:
 
 
 def tables(section: str) -> list[Scored]:
-    """The tables of scores in a text, in its order, with the shares that have a goal and an interval."""
+    """What a table of shares says in each column that has intervals, with the measures that have a goal."""
     found: list[Scored] = []
-    title, inside = "", False
+    columns: dict[int, Scored] = {}
     for line in section.splitlines():
-        if line.startswith("**"):
-            title = line.split("**")[1].rstrip(".")
-        if not line.startswith("|"):
-            inside = False
-            continue
-        cells = [cell.strip() for cell in line.strip("|").split("|")]
-        if cells[:2] == ["measure", "goal"]:
-            inside = True
-            found.append(Scored(title, {}))
-        elif inside and cells[1] and (share := _SHARE.fullmatch(cells[2])):
-            value, low, high = (float(share[end]) for end in ("value", "low", "high"))
-            if high <= 1.0 and not _RATIO.search(cells[0]):
-                found[-1].rows[_ASIDE.sub("", cells[0])] = (cells[1], value, low, high)
+        cells = [cell.strip() for cell in line.strip("|").split("|")] if line.startswith("|") else []
+        if not cells:
+            columns = {}
+        elif cells[:2] == ["measure", "goal"]:
+            shares = [(place, cell) for place, cell in enumerate(cells) if cell.endswith(_ENDS)]
+            columns = {place: Scored(cell.removesuffix(_ENDS), {}) for place, cell in shares}
+            found += columns.values()
+        for place, one in columns.items():
+            if cells[1] and (share := _SHARE.fullmatch(cells[place])):
+                value, low, high = (float(share[end]) for end in ("value", "low", "high"))
+                one.rows[cells[0]] = (cells[1], value, low, high)
     return [one for one in found if one.rows]
 
 
 @styled
 def picture(found: Sequence[Scored]) -> Figure:
-    """Each share with its interval, a mark for each table, and its goal."""
+    """Each share with its interval, a mark for each column, and its goal."""
     names = list(dict.fromkeys(name for one in found for name in one.rows))
     figure = Figure(figsize=(7.6, _ROW * len(names) + 0.9))
     axes: Any = placed(figure, 3.5, 0.45, 4.0, _ROW * len(names))
@@ -98,8 +94,8 @@ def picture(found: Sequence[Scored]) -> Figure:
         axes.plot([], [], linestyle="none", label=one.title, **look)
     goals = {name: next(one.rows[name][0] for one in found if name in one.rows) for name in names}
     for y, name in enumerate(names):
-        if goal := _GOAL.fullmatch(goals[name]):
-            axes.plot([float(goal[1])] * 2, [y - 0.42, y + 0.42], color=INK, linewidth=1.8)
+        for goal in _GOAL.findall(goals[name]):
+            axes.plot([float(goal)] * 2, [y - 0.42, y + 0.42], color=INK, linewidth=1.8)
     axes.set_yticks(range(len(names)), labels=[f"{name} ({goals[name]})" for name in names])
     axes.set_ylim(len(names) - 0.5, -0.5)
     axes.set_xlim(-0.02, 1.02)
