@@ -241,7 +241,7 @@ class Analysis:
         whole = options.segments is None or options.multiple_shooting  # else no run as a whole was fitted
         strays = stray_runs(self.cost, self._fitted) if whole else []
         far = far_initial_states(self.cost, self.x)
-        self.findings += [stray_finding(strays, len(self.cost.trials))] if strays else []
+        self.findings += [stray_finding(strays, self.cost)] if strays else []
         self.findings += far
         self.astray = bool(strays or far)
         self._doubted |= self.astray

@@ -132,7 +132,13 @@ def test_courses_follow_the_heading_and_leave_it_on_record(tmp_path: Path) -> No
 COURSE = 'sog = "SOG"\ncog = { column = "COG", unit = "rad" }'
 
 
-@pytest.mark.parametrize("channels", [COURSE, 'gps = { column = "SOG", measures = "sog" }\n' + COURSE.split("\n")[1]])
+HELD = COURSE + '\ndelta = { unit = "rad", hold = "foh" }'
+
+
+NAMED = 'gps = { column = "SOG", measures = "sog" }\n' + COURSE.split("\n")[1]
+
+
+@pytest.mark.parametrize("channels", [COURSE, HELD, NAMED])
 def test_speed_and_course_over_ground_are_compared_as_a_velocity(tmp_path: Path, channels: str) -> None:
     """The noise of a course grows as a vehicle slows, and where it stops its course is any number."""
     study = short(tmp_path, channels)

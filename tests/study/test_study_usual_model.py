@@ -26,6 +26,8 @@ DIVE = ("pitch_deg", "depth_m")
         (("m_battpos", "m_pitch", "m_depth"), "glider"),
         ((*(f"servo{k}_raw" for k in range(1, 7)), *DIVE), "bluerov2"),
         (DIVE, "diving_plane"),
+        ((*DIVE, "sternplane_deg", "rudder_deg"), "diving_plane"),
+        ((*DIVE, "rudder_deg"), "mmg"),
     ],
 )
 def test_what_dives_is_no_ship(columns: tuple[str, ...], model: str) -> None:

@@ -115,6 +115,14 @@ def test_fault_is_found(fault: str, code: str, channel: str, changes: dict[str, 
     assert hits[0].do
 
 
+def test_a_quiet_run_beside_others_that_steer_is_only_noted() -> None:
+    quiet = replace(altered(GOOD, {"delta": lambda a: a * 0.01}), name="straight")
+    (alone,) = (one for one in check_trials([quiet]) if one.code == "input-small")
+    (beside,) = (one for one in check_trials([quiet, GOOD]) if one.code == "input-small")
+    assert (alone.severity, beside.severity) == ("warning", "note")
+    assert ("unit" in alone.do, "unit" in beside.do) == (True, False)
+
+
 def test_the_noise_of_a_rudder_at_rest_is_no_command() -> None:
     """Rounded to 0.1 deg, it crosses more than a third of its range in every other sample."""
     rng = np.random.default_rng(2)

@@ -25,6 +25,10 @@ def test_codes_are_found(code: float, scale: float) -> None:
     assert codes == [code]
 
 
+def test_a_doppler_log_without_its_bottom_track_is_found_in_a_log_in_metres() -> None:
+    assert missing_codes(np.array([1.612, 1.609, -32.768, 1.61]))[1] == [-32.768]
+
+
 def test_several_codes_and_empty_columns() -> None:
     rows, codes = missing_codes(np.array([1.0, -9999.0, 2.0, 65535.0, np.nan]))
     assert rows.tolist() == [False, True, False, True, False]

@@ -15,6 +15,7 @@ from seatruth import Estimate, identify
 from seatruth.costs import cost_of
 from seatruth.costs.options import TrajectoryOptions
 from seatruth.optimizers import Budget
+from seatruth.trials import Trials
 from seatruth.uncertainty.reliability import motion, short_of_minimum, step_to_minimum, stray_runs
 
 WRONG = {"K": -1.0, "U": -3.0}
@@ -72,6 +73,24 @@ def test_a_run_that_alone_is_far_beyond_its_noise_strays() -> None:
     assert motion(trials[1], Boat().outputs, Boat().outputs[1]) > 6.0
 
 
+def test_a_run_that_hardly_moves_is_no_stray_for_an_error_like_its_motion() -> None:
+    """A leg that keeps its place, among runs of tens of metres."""
+    trials = list(runs(3))
+    kept = dict.fromkeys(("x", "y"), 0.05 * np.sin(trials[1].t))
+    still = replace(trials[1], outputs={**trials[1].outputs, **kept})
+    cost = cost_of(replace(study(3), trials=Trials([trials[0], still, trials[2]])), threads=1)
+    exact = [np.column_stack([trial.outputs[name] for name in NOISE]) for trial in cost.trials]
+    error = exact[1] + np.where(np.array([*NOISE]) == "x", 5.0 * NOISE["x"], 0.0)
+    assert motion(still, Boat().outputs, Boat().outputs[1]) < 5.0 * NOISE["x"]
+    assert stray_runs(cost, [exact[0], error, exact[2]]) == []
+
+
+def test_the_advice_is_not_what_is_done_already() -> None:
+    free, fixed = (found_from(WRONG, initial=initial).findings for initial in ("free", "fixed"))
+    said = [next(one for one in found if one.code == "runs-stray").do for found in (free, fixed)]
+    assert ["initial =" in do for do in said] == [False, True]
+
+
 def test_the_motion_of_a_speed_is_its_size_and_of_a_place_its_spread() -> None:
     trial = runs(1)[0]
     _, x, y = Boat().outputs
@@ -85,6 +104,13 @@ def test_an_initial_state_within_its_prior_is_not_far() -> None:
     away = study(cost=TrajectoryOptions(initial="free", initial_sd={"x": 30.0, "y": 30.0}), values=WRONG)
     far = {f.channel for f in identify(away, threads=1).findings if f.code == "initial-state-far"}
     assert not far & {"x", "y"}
+
+
+def test_an_initial_state_far_beyond_its_prior_is_not_told_to_state_one() -> None:
+    near = study(cost=TrajectoryOptions(initial="free", initial_sd={"psi": 0.1}), values=WRONG)
+    said = [f for f in identify(near, threads=1).findings if f.code == "initial-state-far" and f.channel == "psi"]
+    assert said
+    assert all("prior deviations from it" in f.message and "initial_sd" not in f.do for f in said)
 
 
 def test_segments_are_no_runs_that_could_stray() -> None:

@@ -19,7 +19,7 @@ NAMES: dict[str, tuple[str, ...]] = {
     "theta": ("theta", "pitch", "pitch angle", "trim", "pitch ang"),
     "psi": (
         *("psi", "heading", "yaw", "yaw angle", "hdg", "heading angle", "compass", "gyro heading", "heading true"),
-        *("true heading", "hdg true", "true hdg", "gyro", "gyrocompass", "gyro compass", *MAGNETIC),
+        *("true heading", "hdg true", "true hdg", "gyro", "gyrocompass", "gyro compass", "hdt", *MAGNETIC),
     ),
     "u": (
         *("u", "surge", "surge velocity", "surge speed", "speed", "forward speed", "longitudinal speed", "vx"),
@@ -115,6 +115,7 @@ NAMES: dict[str, tuple[str, ...]] = {
             "propeller shaft speed",
             "shaft revolutions",
             "propeller revolutions",
+            *("jet", "water jet", "waterjet", "impeller", "jet speed", "impeller speed", "jet rpm", "waterjet rpm"),
         ),
     ),
     "T": ("thrust", "thrust n", "propeller thrust"),

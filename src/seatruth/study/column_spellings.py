@@ -29,12 +29,17 @@ _SOLVED = ("ins", "ekf", "nav", "mocap", "vicon", "qualisys", "est", "estimated"
 """Systems that give a whole solution, whose x and y are north and east."""
 _FIXES = ("usbl", "lbl", "sbl", "gps", "gnss", "rtk", "dgps")
 """Systems of positions. Their x and y may be ahead and abeam of a transceiver, or geocentric: a letter says nothing."""
+_RATES = ("imu", "ahrs", "mru", "gyro", "gyr")
+"""Systems of rates of turn: a letter after one of them says which."""
+_OF_A_TRACK = frozenset(("bt", "bottom", "track", "vel", "velocity", "speed"))
+"""Words beside a Doppler log's letter: "dvl_bt_u"."""
 _SYSTEMS = {
     **dict.fromkeys(("x", "y", "northing", "easting"), (*_FIXES, *_SOLVED)),
     **dict.fromkeys(("phi", "theta", "psi"), ("imu", "ahrs", "mru", "eng", "m", *_SOLVED)),
-    **dict.fromkeys(("p", "q", "r"), ("imu", "ahrs", "mru", *_SOLVED)),
+    **dict.fromkeys(("p", "q", "r"), (*_RATES, *_SOLVED)),
     **dict.fromkeys(("z", "depth"), ("usbl", "ctd", "pressure", "m", *_SOLVED)),
     **dict.fromkeys(("latitude", "longitude"), ("m", *_FIXES, *_SOLVED)),
+    **dict.fromkeys(("sog", "cog", "v_n", "v_e", "v_d"), (*_FIXES, *_SOLVED)),
 }
 _CLOCK = frozenset(("time", "timestamp", "datetime", "utc", "stamp", "epoch"))
 """Words of a time; one of them is in its name ..."""
@@ -57,6 +62,8 @@ def other_spellings(name: str, channel: str, known: Sequence[str]) -> tuple[str,
     Example:
         >>> other_spellings("yawrate", "r", ["r", "yaw rate"]), other_spellings("usbl north", "x", ["x", "north"])
         (('yaw rate',), ('north',))
+        >>> other_spellings("dvl bt u", "u", ["u", "dvl u"]), other_spellings("gyro q", "q", ["q", "pitch rate"])
+        (('dvl u',), ('q',))
     """
     if channel == "t":
         words = {*name.split()}
@@ -64,8 +71,11 @@ def other_spellings(name: str, channel: str, known: Sequence[str]) -> tuple[str,
     glued = name.replace(" ", "")
     found = [word for word in known if " " in word and len(glued) >= _SHORTEST and word.replace(" ", "") == glued]
     system, _, rest = name.partition(" ")
-    if system in _SYSTEMS.get(channel, ()) and rest in known and (len(rest) > 1 or system in _SOLVED):
+    if system in _SYSTEMS.get(channel, ()) and rest in known and (len(rest) > 1 or system in (*_SOLVED, *_RATES)):
         found.append(rest)
+    if "dvl" in name.split() or "bt" in name.split():
+        plain = " ".join(["dvl", *(word for word in name.split() if word not in {"dvl", *_OF_A_TRACK})])
+        found += [word for word in known if word == plain != name]
     return tuple(found)
 
 

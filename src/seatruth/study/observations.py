@@ -13,6 +13,7 @@ from seatruth.effects import ExtendedBlackBox, ExtendedModel
 from seatruth.errors import BadInput
 from seatruth.models import MEASURES, BlackBox, Model, Observation, ServoBlackBox, WithServos, observed
 from seatruth.models.observed import ObservedBlackBox, ObservedModel
+from seatruth.models.with_holds import WithHolds
 from seatruth.study.schema import StudyFile
 from seatruth.study.schema_trials import ChannelTable
 from seatruth.study.validation import Problems
@@ -21,8 +22,8 @@ from seatruth.trials.frames import POSITIONS
 from seatruth.trials.prepare import apply_steps
 from seatruth.trials.trial import Step
 
-_AROUND = (ExtendedModel, ExtendedBlackBox, WithServos, ServoBlackBox)
-"""Effects and servos around a model."""
+_AROUND = (ExtendedModel, ExtendedBlackBox, WithServos, ServoBlackBox, WithHolds)
+"""Effects, servos and holds around a model."""
 
 
 def observed_as_stated(model: Model, file: StudyFile, problems: Problems) -> Model | None:
@@ -247,14 +248,14 @@ def turned_with_heading(trial: Trial, model: Model, others: Collection[str] = ()
 
 
 def plain_outputs(model: Model) -> tuple[Channel, ...]:
-    """Outputs of the model without its effects, servos and observations."""
+    """Outputs of the model without its effects, servos, holds and observations."""
     while isinstance(model, (*_AROUND, ObservedModel, ObservedBlackBox)):
         model = model.base
     return model.outputs
 
 
 def _observations_of(model: Model) -> tuple[Observation, ...]:
-    """Observations of the model under its effects and servos."""
+    """Observations of the model under its effects, servos and holds."""
     while isinstance(model, _AROUND):
         model = model.base
     return model.observations if isinstance(model, (ObservedModel, ObservedBlackBox)) else ()

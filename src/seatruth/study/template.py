@@ -68,6 +68,8 @@ def template(
         orders=[channel.name for channel in model.inputs],
         thrusters=named_drives(model),
     )
+    twice = sorted({"sog", "cog"} & {*guesses}) if {"v_n", "v_e"} <= {*guesses} else []
+    also = [guesses.pop(name) for name in twice]  # the same velocity of the same receiver would count twice
     used = {column for hit in guesses.values() for column in hit.columns}
     described = described_inputs(fields, [c for c in recordable(model) if c.name not in guesses], model, used)
     guesses |= described.found
@@ -99,6 +101,9 @@ def template(
     given = {*guesses, *(("x", "y") if fixes or utm else ())}
     missing_outputs = [c for c in model.outputs if c.name not in given]
     notes = list(log.notes)
+    if also:
+        columns = " and ".join(repr(fields.name(hit.column)) for hit in also)
+        notes.append(f"{columns} say what v_n and v_e do, and are left out.")
     if "t" not in guesses and not clocks:
         notes.append("No time column was recognised: name it in [time].")
     if missing_inputs:

@@ -15,7 +15,8 @@ from seatruth.trials import STANDARD_CHANNELS, Channel
 
 SHIP, PLANE, DRIVEN_PLANE, GLIDER, ROV = "mmg", "diving_plane", "diving_plane_driven", "glider", "bluerov2"
 _STEERED = ("delta", "n_port", "n_starboard")
-"""Inputs of what is steered at the surface. Such a vessel's pitch is a motion in waves, its depth that of the water."""
+"""Inputs of what is steered at the surface, where no stern plane is beside them: its pitch is a motion in waves, its
+depth that of the water."""
 
 
 class Usual(NamedTuple):
@@ -45,13 +46,13 @@ def usual_model(log: Log) -> Usual:
         thrusters={"n_port": "port", "n_starboard": "starboard"},
     )
     dives = {"z", "depth"} & {*found} or pressure_of_depth(fields, "z").found is not None
-    if "theta" not in found or not dives or {*_STEERED} & {*found}:
+    steered = {*_STEERED} & {*found}
+    if "theta" not in found or not dives or (steered and "delta_s" not in found):
         return Usual(SHIP, "")
     if "delta_s" in found:
         driven = "T" in found
-        return Usual(
-            DRIVEN_PLANE if driven else PLANE, _has("a stern plane and a thrust" if driven else "a stern plane")
-        )
+        inputs = "a stern plane and a thrust" if driven else "a stern plane"
+        return Usual(DRIVEN_PLANE if driven else PLANE, _has(inputs, steered="delta" in found))
     rov = load_model(ROV)
     commands = [channel for channel in rov.inputs if channel.unit == "1"]
     if len(numbered_columns(fields, commands)) == len(commands):
@@ -63,5 +64,6 @@ def usual_model(log: Log) -> Usual:
     return Usual(PLANE, "The log has a pitch and a depth, but no input that a model of seatruth takes: name your own.")
 
 
-def _has(inputs: str) -> str:
-    return f"The log has a pitch, a depth and {inputs}, and no rudder."
+def _has(inputs: str, *, steered: bool = False) -> str:
+    beside = ". Its motion in the horizontal plane, under the rudder, is left out." if steered else ", and no rudder."
+    return f"The log has a pitch, a depth and {inputs}{beside}"

@@ -25,10 +25,12 @@ class Channel:
         'rad'
 
     Standard names, which checks, effects and manoeuvre figures rely on: t; x, y, z (earth position, z down);
-    phi, theta, psi (psi clockwise); u, v, w (velocity over ground in body axes, x forward, y starboard, z down);
+    phi, theta, psi (theta nose up, psi clockwise); u, v, w (velocity over ground in body axes, x forward, y starboard,
+    z down);
     u_w, v_w, w_w (the same through the water); sog, cog (speed and course over ground); v_n, v_e, v_d (velocity over
     ground in earth axes); f_x, f_y, f_z (specific force, which an accelerometer shows); p, q, r; delta (rudder,
-    positive turns to starboard unless the model says otherwise), delta_s (stern plane), n (propeller, rev/s).
+    positive turns to starboard unless the model says otherwise), delta_s (stern plane, positive pitches the nose down
+    unless the model's description of it says that it pitches the nose up), n (propeller, rev/s).
     """
 
     name: str

@@ -13,13 +13,18 @@ from numpy.typing import NDArray
 from seatruth.arrays import Array
 
 _NINES = (*(float("9" * k) for k in range(3, 11)), 99.999, 999.9, 999.99, 9999.9, 9999.99)
-_ENDS = (*(2.0**k - 1 for k in (15, 16, 31, 32, 63)), 2.0**15, 2.0**31, 327.67, 3276.7, 655.35, 6553.5)
+_SMALL_ENDS = (2.0**15 - 1, 2.0**15, 2.0**16 - 1)
+_ENDS = (
+    *(2.0**k - 1 for k in (31, 32, 63)),
+    2.0**31,
+    *(end / part for end in _SMALL_ENDS for part in (1, 10, 100, 1000)),
+)
 _POWERS = (*(10.0**k for k in range(10, 40)), float(np.finfo(np.float32).max), float(np.finfo(np.float64).max))
 _FILL = 9.969209968386869e36
 CODES = np.unique(np.array([*_NINES, *_ENDS, *_POWERS, _FILL]))
-"""Magnitudes of the codes, chosen here [S]: rows of nines; the ends of integers of 16, 32 and 64 bits, also in tenths
-and hundredths; powers of ten from 1e10 on (a thruster may well give 1e6 N); the ends of floats of 32 and 64 bits; and
-netCDF's fill value (9.969e36, netCDF User's Guide)."""
+"""Magnitudes of the codes, chosen here [S]: rows of nines; the ends of integers of 16, 32 and 64 bits, those of 16 also
+in tenths to thousandths, as a Doppler log's -32768 mm/s in a log in m/s; powers of ten from 1e10 on (a thruster may
+well give 1e6 N); the ends of floats of 32 and 64 bits; and netCDF's fill value (9.969e36, netCDF User's Guide)."""
 _ROUNDING = 1e-6
 """Relative: a code of 32 bits that is printed with seven digits."""
 _OUTSIDE = 2.0

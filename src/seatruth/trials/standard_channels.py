@@ -37,7 +37,7 @@ _ALL = (
     Channel("northing", "m", "UTM northing; with easting and the zone it gives x and y"),
     Channel("easting", "m", "UTM easting"),
     Channel("delta", "rad", "rudder, positive turns to starboard"),
-    Channel("delta_s", "rad", "stern plane"),
+    Channel("delta_s", "rad", "stern plane, positive pitches the nose down"),
     Channel("n", "rev/s", "propeller speed"),
 )
 

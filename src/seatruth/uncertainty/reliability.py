@@ -28,6 +28,8 @@ _ABOVE_NOISE = 3.0
 """Noise that an error must exceed before its size is compared with the motion."""
 _TURN = math.pi / 4.0
 """Root mean square error of an angle from which a run strays: an eighth of a turn."""
+_QUIET = 0.1
+"""Part of the usual motion of a position below which a run hardly moves: the error of a level leg is no stray."""
 _OUTLIER, _OUTLIER_OF_OTHERS = 30.0, 10.0
 """Error over noise of a run, and over that of the other runs, from which it is far beyond both."""
 _FAR_PRIORS = 5.0
@@ -71,6 +73,12 @@ def stray_runs(cost: StudyCost, predicted: Sequence[Array]) -> list[Stray]:
     """
     channels = cost.problem.model.outputs
     ratios = _noise_ratios(cost, predicted)
+    least = [
+        _QUIET * float(np.nanmedian([motion(trial, channels, channel) for trial in cost.trials]))
+        if channel.unit == "m" and any(channel.name in trial.outputs for trial in cost.trials)
+        else 0.0
+        for channel in channels
+    ]
     found = []
     for number, (trial, y) in enumerate(zip(cost.trials, predicted)):
         worst: tuple[float, Stray] | None = None
@@ -78,7 +86,7 @@ def stray_runs(cost: StudyCost, predicted: Sequence[Array]) -> list[Stray]:
             rmse = _rms(_errors(trial, channel, y[:, column]))
             if not rmse > _ABOVE_NOISE * _noise(cost, trial, channel):
                 continue
-            size = motion(trial, channels, channel)
+            size = max(motion(trial, channels, channel), least[column])
             far = rmse / (_TURN if channel.angle else size)
             text = "an eighth of a turn or more" if channel.angle else f"its motion is {_shown(size, channel)}"
             others = np.delete(ratios[:, column], number)
@@ -93,18 +101,21 @@ def stray_runs(cost: StudyCost, predicted: Sequence[Array]) -> list[Stray]:
     return found
 
 
-def stray_finding(strays: Sequence[Stray], runs: int) -> Finding:
-    """The finding that says which of so many runs stray."""
+def stray_finding(strays: Sequence[Stray], cost: StudyCost) -> Finding:
+    """The finding that says which runs of a cost stray; it advises what the cost does not do already."""
     more = f" and {len(strays) - _MOST_NAMED} more" if len(strays) > _MOST_NAMED else ""
     named = listed([str(stray) for stray in strays[:_MOST_NAMED]])
+    ways = ["from segments (`segments = ...` in [cost])"]
+    if not any(isinstance(parameter, InitialState) for parameter in cost.parameters):
+        ways.append('with free initial states (`initial = "free"`)')
+    ways.append("from more starts (`starts = 20` in [optimizer])")
     return Finding(
         "warning",
         "runs-stray",
-        f"Simulated runs stray from the record ({len(strays)} of {runs}): {named}{more}. The search ended at a wrong "
-        "optimum, or the data or the model are wrong; standard errors do not cover that.",
+        f"Simulated runs stray from the record ({len(strays)} of {len(cost.trials)}): {named}{more}. The search ended "
+        "at a wrong optimum, or the data or the model are wrong; standard errors do not cover that.",
         "search",
-        "Check signs, units and the initial state; search from segments (`segments = ...` in [cost]), with free "
-        'initial states (`initial = "free"`), or from more starts (`starts = 20` in [optimizer]).',
+        f"Check signs, units and the initial state; search {', or '.join(ways)}.",
         trial=strays[0].trial if len(strays) == 1 else "",
         channel=strays[0].channel.name if len(strays) == 1 else "",
     )
@@ -123,7 +134,17 @@ def far_initial_states(cost: StudyCost, x: Array) -> list[Finding]:
         away = abs(float(value) - parameter.value)
         if parameter.prior is not None:
             far = away > _FAR_PRIORS * parameter.prior.sd
+            said = f", {away / parameter.prior.sd:.0f} of its prior deviations from it"
+            do = (
+                "What the model or the sensor has wrong pulls it so far: check the offset of the sensor, and whether "
+                "[noise] holds what the model misses too, not the data sheet's part alone."
+            )
         else:
+            said = ""
+            do = (
+                'Keep it near them with initial_sd, or at them with initial = "fixed" in [cost]; check the offset of '
+                "the sensor."
+            )
             size = motion(trial, list(outputs.values()), channel)
             far = away > max(_FAR_NOISE * _noise(cost, trial, channel), _TURN if channel.angle else _FAR_MOTION * size)
         if far:
@@ -132,10 +153,9 @@ def far_initial_states(cost: StudyCost, x: Array) -> list[Finding]:
                     "warning",
                     "initial-state-far",
                     f"The initial {channel.name} of {trial.name!r} was estimated as {_shown(float(value), channel)}; "
-                    f"the first samples say {_shown(parameter.value, channel)}.",
+                    f"the first samples say {_shown(parameter.value, channel)}{said}.",
                     "search",
-                    'Keep it near them with initial_sd, or at them with initial = "fixed" in [cost]; check the offset '
-                    "of the sensor.",
+                    do,
                     trial=trial.name,
                     channel=channel.name,
                 )

@@ -9,6 +9,7 @@ from seatruth.effects.undeclared_actuators import resting_inputs
 from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
 from seatruth.models.ports import FORCES
+from seatruth.models.with_holds import WithHolds
 from seatruth.models.with_servos import WithServos
 from seatruth.trials.channel import Channel
 
@@ -48,10 +49,10 @@ def motions(model: Model) -> tuple[Channel, ...]:
 
 
 def vehicle(model: Model) -> Model:
-    """The model without its effects and servos."""
+    """The model without its effects, servos and holds."""
     if isinstance(model, BlackBox):
         return model.innermost
-    while isinstance(model, (ExtendedModel, WithServos)):
+    while isinstance(model, (ExtendedModel, WithServos, WithHolds)):
         model = model.base
     return model
 

@@ -14,9 +14,10 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from seatruth.trials.check.duplicates import check_duplicates
-from seatruth.trials.check.excitation import check_coverage, check_inputs, check_rate, excitation_table
+from seatruth.trials.check.excitation import beside_others, check_coverage, check_inputs, check_rate, excitation_table
 from seatruth.trials.check.ground_track import check_ground_track
 from seatruth.trials.check.helpers import Channels
+from seatruth.trials.check.planes import check_planes
 from seatruth.trials.check.positions import check_depth, check_positions
 from seatruth.trials.check.rates import check_rates
 from seatruth.trials.check.sensors import check_sensors
@@ -51,7 +52,7 @@ def check_trials(trials: Iterable[Trial], model: Channels | None = None) -> list
         []
     """
     runs = list(trials)
-    findings = [finding for trial in runs for finding in check_trial(trial, model)]
+    findings = beside_others([finding for trial in runs for finding in check_trial(trial, model)], runs)
     findings += check_duplicates(runs)
     findings += check_coverage(runs)
     return gravest_first(findings)
@@ -79,6 +80,8 @@ def _all(trial: Trial, model: Channels | None) -> Iterator[Finding]:
         # What is built on a channel that is wrong already would only repeat it in other words.
         if not wrong & {"psi", "r", "delta"}:
             yield from check_steering(trial, model)
+        if not wrong & {"theta", "q", "delta_s"}:
+            yield from check_planes(trial, model)
         if not wrong & {"psi", "theta", "phi"}:
             yield from check_positions(trial)
         yield from check_ground_track(trial)

@@ -56,7 +56,7 @@ def check_steering(trial: Trial, model: Channels | None = None) -> Iterator[Find
 
 def _against_the_rudder(trial: Trial) -> str:
     """How the bow turns against the rudder, in words; empty if it does not, or if the trial cannot tell."""
-    delta, ahead = trial.channel("delta"), _ahead(trial)
+    delta, ahead = trial.channel("delta"), runs_ahead(trial)
     found = [hold for hold in holds(trial.t, delta) if ahead[hold.first : hold.stop].all()]
     rate, heading = _yaw(trial)
     turned = [
@@ -69,8 +69,8 @@ def _against_the_rudder(trial: Trial) -> str:
     if against > limits.HEADING_COVERAGE and against > 4.0 * with_it:
         return f"the heading changes by {degrees(against)} against a rudder that is held hard over"
     moves = movements(found, delta, rate)
-    agreement = _agreement(moves)
-    if agreement > -limits.RUDDER_AGREEMENT or _chance(agreement, len(moves)) > limits.RUDDER_CHANCE:
+    agreement = agreement_of(moves)
+    if agreement > -limits.RUDDER_AGREEMENT or by_chance(agreement, len(moves)) > limits.RUDDER_CHANCE:
         return ""
     return (
         f"after {len(moves)} movements of the rudder the yaw rate has changed the other way (correlation "
@@ -78,14 +78,14 @@ def _against_the_rudder(trial: Trial) -> str:
     )
 
 
-def _agreement(moves: list[tuple[float, float]]) -> float:
+def agreement_of(moves: list[tuple[float, float]]) -> float:
     """Correlation about zero of the changes of the yaw rate with those of the rudder; 0 without any."""
     moved, answered = np.array(moves, dtype=np.float64).reshape(-1, 2).T
     size = float(np.sqrt((moved @ moved) * (answered @ answered)))
     return float(moved @ answered) / size if size else 0.0
 
 
-def _chance(agreement: float, many: int) -> float:
+def by_chance(agreement: float, many: int) -> float:
     """Probability of so low a correlation about zero of `many` unrelated pairs (Student's t, many - 1 degrees)."""
     if many < 2:
         return 1.0
@@ -139,8 +139,8 @@ def movements(found: list[Hold], delta: Array, rate: Array) -> list[tuple[float,
     return moves
 
 
-def _ahead(trial: Trial) -> NDArray[np.bool_]:
-    """Where the vehicle runs ahead (n,), as far as the trial tells; the rudder works the other way astern."""
+def runs_ahead(trial: Trial) -> NDArray[np.bool_]:
+    """Where the vehicle runs ahead (n,), as far as the trial tells; rudder and planes work the other way astern."""
     ahead = np.ones(len(trial), dtype=np.bool_)
     if has_channels(trial, "u"):
         u = at_all_times(trial, "u")

@@ -1,0 +1,78 @@
+"""Whether a positive stern plane pitches the nose down.
+
+The weight below the centre of buoyancy rights a vehicle whose plane is held, so that its pitch rate dies away; what
+keeps the sign of the plane is the mean pitch rate while the plane is held, beside that of the hold before. A plane that
+an autopilot moves against every pitch rate follows it, and tells nothing: there the rate does not come after the plane.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+
+import numpy as np
+import scipy.signal
+
+from seatruth.arrays import Array
+from seatruth.trials.check import limits
+from seatruth.trials.check.helpers import Channels, at_all_times, has_channels, make_finding
+from seatruth.trials.check.steering import agreement_of, by_chance, holds, runs_ahead
+from seatruth.trials.finding import Finding
+from seatruth.trials.trial import Trial
+
+
+def check_planes(trial: Trial, model: Channels | None = None) -> Iterator[Finding]:
+    """Whether a positive stern plane pitches the nose down, where the plane is moved and then held."""
+    if not (has_channels(trial, "delta_s") and (has_channels(trial, "q") or has_channels(trial, "theta"))):
+        return
+    for channel in model.inputs if model is not None else ():
+        if channel.name == "delta_s" and "nose up" in channel.description.lower():
+            return  # the model's own planes
+    rate = _pitch_rate(trial)
+    moves = _movements(trial, rate) if _answers(trial.channel("delta_s"), rate) else []
+    agreement = agreement_of(moves)
+    if agreement < limits.RUDDER_AGREEMENT or by_chance(-agreement, len(moves)) > limits.RUDDER_CHANCE:
+        return
+    yield make_finding(
+        trial,
+        "warning",
+        "plane-sign",
+        f"A positive stern plane pitches the nose up: after {len(moves)} movements the pitch has gone that way "
+        f"(correlation {agreement:.2f}).",
+        "Positive delta_s pitches the nose down in seatruth unless the description of the model's input says that it "
+        "pitches the nose up: set sign = -1 for delta_s, or correct the sign of theta and q.",
+        channel="delta_s",
+    )
+
+
+def _answers(plane: Array, rate: Array) -> bool:
+    """Whether the pitch rate (n,) is most like the plane (n,) some samples before, not at the time or after."""
+    known = np.isfinite(rate)
+    if not known.any():
+        return False
+    rate = np.interp(np.arange(rate.size), np.flatnonzero(known), rate[known])
+    likeness = np.abs(scipy.signal.correlate(rate - rate.mean(), plane - plane.mean()))
+    return int(np.argmax(likeness)) > plane.size - 1
+
+
+def _movements(trial: Trial, rate: Array) -> list[tuple[float, float]]:
+    """(change of the plane, change of the mean pitch rate) from each hold to the next, where the vehicle runs ahead."""
+    plane, ahead = trial.channel("delta_s"), runs_ahead(trial)
+    found = [
+        (hold.level, float(np.nanmean(own)))
+        for hold in holds(trial.t, plane)
+        if ahead[hold.first : hold.stop].all() and np.isfinite(own := rate[hold.first : hold.stop]).any()
+    ]
+    least = limits.MOVED_PART * float(np.ptp(plane))
+    changes = [(level - before[0], mean - before[1]) for before, (level, mean) in itertools.pairwise(found)]
+    return [(moved, answered) for moved, answered in changes if abs(moved) >= least]
+
+
+def _pitch_rate(trial: Trial) -> Array:
+    """Pitch rate (n,), from the pitch where it is not recorded."""
+    if has_channels(trial, "q"):
+        return at_all_times(trial, "q")
+    theta = at_all_times(trial, "theta")
+    known = np.isfinite(theta)
+    filled = np.interp(trial.t, trial.t[known], theta[known])
+    return np.where(known, np.gradient(filled, trial.t), np.nan)
