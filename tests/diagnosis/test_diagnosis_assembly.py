@@ -53,7 +53,7 @@ def _deciding(
     one: Any = object.__new__(Assembly)
     fit = SimpleNamespace(prior_deviations=lambda problem, name: away(name))
     one.problem = SimpleNamespace(effects=EFFECTS, trials=())
-    one.search = SimpleNamespace(null=SimpleNamespace(settled=True), best=lambda key: fit)
+    one.search = SimpleNamespace(null=SimpleNamespace(settled=True), best=lambda key: fit, beside=lambda key, form: fit)
     one.settings, one._weighed, one._leaves_a_gap = Settings(), list(found), True
     one.information = SimpleNamespace(noncentrality_between=None, undetectable=lambda: [])
     monkeypatch.setattr(assembly, "decide", lambda *args, **options: said)

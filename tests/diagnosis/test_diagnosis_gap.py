@@ -87,6 +87,7 @@ def test_what_explains_most_is_not_small_though_whole_runs_come_no_nearer(
     gap.__dict__["misfits"] = {"refit": 13000.0, "effects": 17000.0}
     monkeypatch.setattr("seatruth.diagnosis.gap.without_discrepancy", lambda problem, point: point)
     monkeypatch.setattr("seatruth.diagnosis.gap.misfit", lambda *_: 13000.0)
+    monkeypatch.setattr(Gap, "_closed_in_a_channel", lambda self, rest: 0.0)
     assert gap.share("thruster_lag_port") == pytest.approx(expected)
 
 
@@ -126,8 +127,39 @@ def test_an_error_of_a_sensor_is_measured_by_what_that_sensor_shows(
     monkeypatch.setattr("seatruth.diagnosis.gap.without_discrepancy", lambda problem, point: point)
     monkeypatch.setattr("seatruth.diagnosis.gap.misfit", of)
     monkeypatch.setattr(Gap, "_explained_without_forces", lambda self, rest: 0.0)
+    monkeypatch.setattr(Gap, "_closed_in_a_channel", lambda self, rest: 0.0)
     assert gap.share(key[0]) == pytest.approx(expected)
     assert seen == [1000] * 3  # positions alone
+
+
+@pytest.mark.parametrize(("u", "expected"), [((36000.0, 2000.0, 36000.0), 34 / 35), ((3500.0, 2000.0, 3500.0), 0.0)])
+def test_what_closes_most_of_one_channel_is_not_small_beside_another_that_is_missed_by_more(
+    monkeypatch: pytest.MonkeyPatch, u: tuple[float, float, float], expected: float
+) -> None:
+    """A current along the track closes the speed's misfit, 6 times the noise, and nothing of the depth's, 11 times;
+    of a speed that is missed by less than twice its noise it would not matter."""
+    key = ("current_along",)
+    settings = SimpleNamespace(stray=900.0, small_share=0.05)
+    problem = SimpleNamespace(
+        effects={key[0]: available()[key[0]]}, settings=settings, outputs=("u", "z"),
+        count=2000, channel_of=np.repeat([0, 1], [1000, 1000]),
+    )  # fmt: skip
+    fits = {((), False): SimpleNamespace(evidence=0.0, point="left")}
+    gap = Gap(cast(Any, SimpleNamespace(fits=fits, problem=problem)), np.ones(2), key)
+    gap.__dict__["points"] = {"effects": "named", "refit": "refit"}
+    channels = {"left": (u[0], 121e4), "named": (u[1], 121e4), "refit": (u[2], 121e4)}
+    gap.__dict__["misfits"] = {name: sum(channels[name]) for name in ("refit", "named")} | {
+        "effects": sum(channels["named"])
+    }
+
+    def of(problem: Any, deviation: Any, point: Any, rows: Any = None) -> float:
+        return sum(channels[point]) if rows is None else channels[point][0 if rows[0] else 1]
+
+    monkeypatch.setattr("seatruth.diagnosis.gap.without_discrepancy", lambda problem, point: point)
+    monkeypatch.setattr("seatruth.diagnosis.gap.misfit", of)
+    monkeypatch.setattr(Gap, "_explained_without_forces", lambda self, rest: 0.0)
+    shown = gap.share(key[0])
+    assert shown == pytest.approx(expected, abs=0.002)
 
 
 def test_the_size_of_an_effect_is_told_in_typical_ones(ship_folder: Path, offset_runs: list[Trial]) -> None:

@@ -37,9 +37,9 @@ def test_effects_are_simulated_as_large_as_they_are_reported(ship_folder: Path, 
     found = search(problem, small.silent)
     bare, columns = found.fits[KEY, False], problem.columns[KEY[0]]
     near, _ = reporting(found, 2.0)
-    assert with_reported_sizes(near, KEY) is bare, "two standard errors are no other size"
+    assert with_reported_sizes(near, KEY, near.best(KEY)) is bare, "two standard errors are no other size"
     far, reported = reporting(found, 12.0)
-    got = with_reported_sizes(far, KEY)
+    got = with_reported_sizes(far, KEY, far.best(KEY))
     assert not got.discrepancy
     error = reported.stderr(problem)[columns]
     assert (np.abs(got.point.shared - reported.point.shared)[columns] < error).all()
@@ -48,4 +48,4 @@ def test_effects_are_simulated_as_large_as_they_are_reported(ship_folder: Path, 
     # The problem itself, by which all else is measured, keeps its priors.
     assert problem.mean[columns].tolist() == [0.0]
     alone, _ = reporting(found, 12.0, forces=False)
-    assert with_reported_sizes(cast(Search, alone), KEY) is bare, "what is reported is the fit without forces"
+    assert with_reported_sizes(cast(Search, alone), KEY, alone.best(KEY)) is bare, "that is the fit without forces"

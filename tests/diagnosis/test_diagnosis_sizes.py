@@ -17,6 +17,7 @@ from seatruth.diagnosis.sizes import (
     NoisePrior,
     Sizes,
     first_sizes,
+    is_no_noise,
     log_prior,
     log_prior_slopes,
     noise_prior,
@@ -50,6 +51,16 @@ def test_priors_of_noise_shapes_sum_to_one() -> None:
     priors = [math.exp(log_prior(SETTINGS, sizes(shape=(k, 0)), NOTHING) - base) for k in range(len(shapes))]
     assert sum(priors) == pytest.approx(1.0)
     assert priors[0] == pytest.approx(0.5)
+
+
+def test_the_largest_slow_part_of_most_channels_of_stated_noise_is_no_noise() -> None:
+    last = len(noise_shapes(SETTINGS)) - 1
+    both, one = NoisePrior({0: 0.1, 1: 0.5}, {}), NoisePrior({0: 0.1}, {})
+    assert noise_shapes(SETTINGS)[last].ratio == max(SETTINGS.noise_ratios)
+    assert is_no_noise(sizes(shape=(last, 0)), both, SETTINGS)
+    assert is_no_noise(sizes(shape=(last, 0)), one, SETTINGS)
+    assert not is_no_noise(sizes(shape=(0, last)), one, SETTINGS)
+    assert not is_no_noise(sizes(shape=(last, last)), NOTHING, SETTINGS), "a record that was filtered may have it"
 
 
 def test_declared_noise_is_log_normal() -> None:

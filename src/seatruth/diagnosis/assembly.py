@@ -25,15 +25,16 @@ from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure
 from seatruth.diagnosis.information import Information
 from seatruth.diagnosis.localization import by_channel, in_region, in_time, shares, whitened
-from seatruth.diagnosis.other_forms import is_only_form, with_other_forms
-from seatruth.diagnosis.parts import ChannelNoise, NextTrial, Validation
+from seatruth.diagnosis.other_forms import forms_in, is_only_form, with_other_forms
+from seatruth.diagnosis.parts import NextTrial, Validation
 from seatruth.diagnosis.practical_size import is_certain_error, without_negligible, without_small
 from seatruth.diagnosis.prediction_errors import noise_deviation
+from seatruth.diagnosis.reported_noise import noise_of_channels
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sections import recorded
 from seatruth.diagnosis.sentences import verdict_sentence
 from seatruth.diagnosis.size_errors import is_sure, size_errors
-from seatruth.diagnosis.sizes import noise_shapes
+from seatruth.diagnosis.sizes import is_no_noise
 from seatruth.diagnosis.sizes_in_words import effect_in_words, furthest
 from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis, NamedCause, Verdict
 from seatruth.diagnosis.withdrawals import (
@@ -41,6 +42,7 @@ from seatruth.diagnosis.withdrawals import (
     without_leaning,
     without_opposed,
     without_outdone,
+    without_taken_for_noise,
     without_unseen,
     without_unsure,
     without_untried,
@@ -82,6 +84,12 @@ class Assembly:
         self._gaps: dict[Key, Gap] = {}
         self._validations: dict[Key, Validation | None] = {}
         self._say: Callable[[str, int, int], None] = _silent
+
+    @cached_property
+    def _form(self) -> Key:
+        """Terms of the leading set that another form of the model shows as well: the answer stands beside them."""
+        first = posterior.leading(posterior.answers(self._weighed), self.problem.effects)
+        return forms_in(first, self.problem.effects)
 
     @cached_property
     def hypotheses(self) -> list[Hypothesis]:
@@ -126,7 +134,7 @@ class Assembly:
 
     def _doubtful(self, key: Key) -> list[str]:
         """Effects of a set whose size is beyond what is believed of them."""
-        fit, most = self.search.best(key), self.settings.implausible
+        fit, most = self.search.beside(key, self._form), self.settings.implausible
         return [name for name in key if fit is not None and fit.prior_deviations(self.problem, name) > most]
 
     def _fitted(self, said: Decision, before: Decision) -> Decision:
@@ -153,9 +161,11 @@ class Assembly:
         left = without_untried(left, found, effects, self._validated, forces=self.problem.discrepancy is not None)
         if gap.strays and left.shown == said.shown:
             left = without_negligible(left, found, effects, self._validated, gap, self.settings)
-        fit = self.search.best(left.shown)
+        fit = self.search.beside(left.shown, self._form)
         sure = [name for name in left.shown if fit is None or is_sure(self.problem, fit, name)]
-        return without_disputed(left, found, effects, sure, self._validated)
+        left = without_disputed(left, found, effects, sure, self._validated)
+        noise = self.search.leader.sizes, self.search.known, self.settings
+        return without_taken_for_noise(left, found, self._validated) if is_no_noise(*noise) else left
 
     @cached_property
     def _leaves_a_gap(self) -> bool:
@@ -194,7 +204,7 @@ class Assembly:
 
     def _gap_of(self, key: Key) -> Gap:
         if key not in self._gaps:
-            self._gaps[key] = Gap(self.search, self._deviation, key)
+            self._gaps[key] = Gap(self.search, self._deviation, key, self._form)
         return self._gaps[key]
 
     def validation(self, say: Callable[[str, int, int], None]) -> Validation | None:
@@ -208,12 +218,12 @@ class Assembly:
     def _reported(self, key: Key) -> Validation | None:
         """What trials left out say of a set, where a size that an effect has in each trial alone is not left open."""
         if any(isinstance(self.problem.effects[name], EachTrial) for name in key):
-            return validate(self.search, key, self._say, own=True)
+            return validate(self.search, key, self._say, form=self._form, own=True)
         return self._validated(key)
 
     def _validated(self, key: Key) -> Validation | None:
         if key not in self._validations:
-            self._validations[key] = validate(self.search, key, self._say)
+            self._validations[key] = validate(self.search, key, self._say, form=self._form)
         return self._validations[key]
 
     def suggestion(self, say: Callable[[str, int, int], None]) -> NextTrial:
@@ -270,7 +280,7 @@ class Assembly:
             hypotheses=tuple(self.hypotheses),
             causes=posterior.by_cause(self.hypotheses, problem.effects),
             places=posterior.by_place(self.hypotheses, places),
-            noise=self._noise(),
+            noise=noise_of_channels(self.search, self.information.at.sizes),
             shares=split,
             coefficients=self.coefficients,
             gap=by_channel(problem, self._deviation, points),
@@ -295,7 +305,7 @@ class Assembly:
         return tuple(place for place in places if ":" in place or place in words) or tuple(places)
 
     def _parameters(self, name: str) -> tuple[EffectParameter, ...]:
-        fit, problem = self.information.fit_of(name, self.decision.shown), self.problem
+        fit, problem = self.information.fit_of(name, self.decision.shown, self._form), self.problem
         if fit is None:
             return ()
         effect, error, columns = problem.effects[name], size_errors(self.problem, fit), problem.columns[name]
@@ -314,13 +324,14 @@ class Assembly:
         base, key, rows = self.search.null.evidence, self.decision.shown, list[EffectResult]()
         for name in ranked:
             effect = self.problem.effects[name]
-            own = self.information.noncentrality(name, key)
+            own = self.information.noncentrality(name, key, self._form)
             near = {}
             if name in leading and own > _VISIBLE:
                 others = [
                     other for other in leading if other != name and not are_one(self.problem.effects, name, other)
                 ]
-                near = {other: self.information.noncentrality_between(name, other, key) for other in others}
+                between = self.information.noncentrality_between
+                near = {other: between(name, other, key, self._form) for other in others}
             parameters = self._parameters(name)
             gains = self.gains(name, key) if name in key else np.zeros(0)
             rows.append(
@@ -367,23 +378,6 @@ class Assembly:
             beyond=furthest(effect, parameters),
             direction=common_direction([self._parameters(n) for n in cluster.effects]),
         )
-
-    def _noise(self) -> tuple[ChannelNoise, ...]:
-        sizes, shapes = self.information.at.sizes, noise_shapes(self.settings)
-        declared = self.search.known.declared
-        rows = []
-        for c, channel in enumerate(self.study.model.outputs):
-            samples = int((self.problem.channel_of == c).sum())
-            if samples:
-                white, shape = math.exp(float(sizes.white[c])), shapes[sizes.shape[c]]
-                slow = white * shape.ratio
-                rows.append(
-                    ChannelNoise(
-                        channel.name, channel.unit, white, slow, shape.tau if slow else math.nan,
-                        declared.get(c, math.nan), samples,
-                    )
-                )  # fmt: skip
-        return tuple(rows)
 
     @cached_property
     def coefficients(self) -> tuple[Coefficient, ...]:

@@ -168,18 +168,19 @@ def averaged_over_givens(count: int, density: Callable[[Sequence[int]], float]) 
 
 
 def validate(
-    search: Search, shown: Key, say: Callable[[str, int, int], None], *, own: bool = False
+    search: Search, shown: Key, say: Callable[[str, int, int], None], *, form: Key = (), own: bool = False
 ) -> Validation | None:
     """Predicts each trial from the others, without effects and with those of the answer; None for a single trial.
 
-    What the others leave open of a trial is allowed to every model alike: also the size that an effect of the answer
-    has in that trial alone. With `own`, only models with the effects are allowed that, and what it closes is theirs.
+    Effects have their sizes beside terms of another `form`. What the others leave open of a trial is allowed to every
+    model alike: also the size that an effect of the answer has in that trial alone. With `own`, only models with the
+    effects are allowed that, and what it closes is theirs.
     """
     problem = search.problem
     if len(problem.trials) < 2:
         return None
     refit = Simulated.of(problem, without_forces(search, ()))
-    named = Simulated.of(problem, with_reported_sizes(search, shown)) if shown else refit
+    named = Simulated.of(problem, with_reported_sizes(search, shown, search.beside(shown, form))) if shown else refit
     control = Simulated.of(problem, search.fits.get(((), True), refit.fit), terms=True)
     beside = search.fits.get((shown, True)) if shown else None
     both = control if beside is None else Simulated.of(problem, beside, terms=True)

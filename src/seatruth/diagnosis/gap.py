@@ -24,6 +24,8 @@ from seatruth.models.base import whole_name
 _MOST = 0.5
 """Part of all that can be explained from which an effect is not small, whatever the runs' misfit says. [S] On two
 vehicles of another form effects that acted explained 0.57 to 0.69 of it, others 0.26 at most."""
+_MISSED = 4.0
+"""Mean squared error over the noise variance from which a channel is missed: twice the noise. [S]"""
 _REFITS = 10
 """Gauss-Newton steps for initial states at most; two where they enter almost linearly."""
 _NO_NEARER = 0.01
@@ -85,10 +87,14 @@ def refit_initial_states(problem: Problem, point: Point, deviation: Array) -> Po
 
 
 class Gap:
-    """What is left between the three models and the trials; `deviation` (C,) of the noise, `shown` in the answer."""
+    """What is left between the three models and the trials.
 
-    def __init__(self, search: Search, deviation: Array, shown: Key) -> None:
+    `deviation` (C,) is that of the noise, `shown` are the effects of the answer, beside terms of another `form`.
+    """
+
+    def __init__(self, search: Search, deviation: Array, shown: Key, form: Key = ()) -> None:
         self.search, self.problem, self.deviation, self.key = search, search.problem, deviation, shown
+        self.form = form
 
     @cached_property
     def shown(self) -> Fit:
@@ -115,7 +121,12 @@ class Gap:
 
     @cached_property
     def _simulated(self) -> Fit:
-        return with_reported_sizes(self.search, self.key)
+        return with_reported_sizes(self.search, self.key, self._reported)
+
+    @cached_property
+    def _reported(self) -> Fit | None:
+        """The fit whose sizes of the answer's effects are reported."""
+        return self.search.beside(self.key, self.form)
 
     @cached_property
     def _named(self) -> Simulated:
@@ -131,7 +142,7 @@ class Gap:
 
     def typical_sizes(self, name: str) -> float:
         """How large an effect of the answer is: of its magnitudes the most over a typical one of such a vehicle."""
-        effect, at = self.problem.effects[name], self.shown.point.shared
+        effect, at = self.problem.effects[name], (self._reported or self.shown).point.shared
         typical = effect.priors(self.problem.study.model)
         magnitudes = [(k, q.name) for k, q in zip(self.problem.columns[name], effect.parameters, strict=True)]
         return max(abs(float(at[k]) - effect.null[q]) / typical[q].sd for k, q in magnitudes if q in effect.magnitudes)
@@ -147,7 +158,8 @@ class Gap:
         Runs that stray from their records have no misfit that means anything; there it is the part of the evidence.
         So it is where a fit without forces takes the drift of positions for slow noise: an effect may then explain
         most of what can be explained, though whole runs come no nearer. And an error of a sensor may close much of
-        what that sensor shows, and little beside a heading that the model misses by far.
+        what that sensor shows, and any effect most of one channel, and little beside another channel that the model
+        misses by far: of a vehicle that dives, in a current, the speed, beside the depth.
         """
         rest = tuple(n for n in self.key if n != name)
         plain, named = self.misfits["refit"], self.misfits["effects"]
@@ -160,7 +172,8 @@ class Gap:
         closed = float(np.clip((left - named) / gap, 0.0, 1.0))
         if closed < self.problem.settings.small_share:
             explained = self._explained_without_forces(rest)
-            return explained if explained > _MOST else max(closed, self.closed_in_its_sensor(name))
+            most = max(explained, self._closed_in_a_channel(rest))
+            return most if most > _MOST else max(closed, self.closed_in_its_sensor(name))
         return closed
 
     def closed_in_its_sensor(self, name: str) -> float:
@@ -178,6 +191,21 @@ class Gap:
         left, named, plain = (misfit(problem, self.deviation, point, rows) for point in points)
         gap = plain - float(rows.sum())
         return float(np.clip((left - named) / gap, 0.0, 1.0)) if 0.0 < gap < math.inf else math.nan
+
+    def _closed_in_a_channel(self, rest: Key) -> float:
+        """The most that the answer closes of a channel that the refitted model misses, beyond its effects `rest`.
+
+        Zero where it misses none, and of runs that diverge.
+        """
+        problem, most = self.problem, 0.0
+        without = without_discrepancy(problem, without_forces(self.search, rest).point)
+        for channel in range(len(problem.outputs)):
+            rows = problem.channel_of == channel
+            points = without, self.points["effects"], self.points["refit"]
+            left, named, plain = (misfit(problem, self.deviation, point, rows) for point in points)
+            if _MISSED * rows.sum() < plain < math.inf and math.isfinite(left + named):
+                most = max(most, (left - named) / (plain - float(rows.sum())))
+        return min(most, 1.0)
 
     def _explained_without_forces(self, rest: Key) -> float:
         """What the answer explains of the evidence beyond its other effects `rest`, over all that can be explained.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from typing import TypeVar
 
@@ -66,11 +66,20 @@ class Search:
         """The fit of highest evidence."""
         return min(self.fits.values(), key=_rank)
 
-    def best(self, effects: Sequence[str]) -> Fit | None:
+    def best(self, effects: Collection[str]) -> Fit | None:
         """The better of a set's fits, with or without discrepancy; None where neither was fitted."""
         key = tuple(sorted(effects))
         fits = [self.fits[key, on] for on in (False, True) if (key, on) in self.fits]
         return max(fits, key=lambda fit: fit.evidence) if fits else None
+
+    def beside(self, effects: Sequence[str], form: Key) -> Fit | None:
+        """The fit that speaks for a set: with terms of another form of the model beside it, where it explains more.
+
+        Of an AUV that dives, whose damping has another form, a pitch bias of 2 deg was 1.1 +- 0.4 deg in the fit
+        without the term that takes the place of that form, about which trials disagreed, and 1.9 in the one with it.
+        """
+        found = [fit for fit in (self.best(effects), self.best({*effects, *form})) if fit is not None]
+        return max(found, key=lambda fit: fit.evidence, default=None)
 
     def sets(self) -> list[Fit]:
         """The better fit of each set, the one of highest evidence first."""

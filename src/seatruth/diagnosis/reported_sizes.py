@@ -22,14 +22,15 @@ _HELD = 0.25
 """Standard errors within which it is held otherwise: four of these are the widest prior of a magnitude. [S]"""
 
 
-def with_reported_sizes(search: Search, key: Key) -> Fit:
-    """The fit of a set without forces, with effects of about the sizes that its best fit has.
+def with_reported_sizes(search: Search, key: Key, reported: Fit | None) -> Fit:
+    """The fit of a set without forces, with effects of about the sizes that are `reported`.
 
     Of an AUV a speed sensor that was 6.3 +- 0.3 % off was simulated as 0.9 % the other way, and seemed to close
     nothing.
     """
-    problem, bare, reported = search.problem, without_forces(search, key), search.best(key)
-    if reported is None or not reported.discrepancy or bare.discrepancy:
+    problem, bare = search.problem, without_forces(search, key)
+    same = reported is None or (reported.effects == bare.effects and not reported.discrepancy)
+    if reported is None or same or bare.discrepancy:
         return bare
     columns = [k for name in key for k in problem.columns[name]]
     values, error = reported.point.shared[columns], reported.stderr(problem)[columns]

@@ -110,6 +110,18 @@ def noise_shapes(settings: Settings) -> tuple[NoiseShape, ...]:
     return (NoiseShape(), *grid)
 
 
+def is_no_noise(sizes: Sizes, known: NoisePrior, settings: Settings) -> bool:
+    """Whether what is taken for noise is motion: half of the channels of stated noise have the largest slow part.
+
+    Filtered records have slow errors of six times the white ones, but then nobody states the white noise of a data
+    sheet: beside that, they are 3.4 prior deviations from what sensors have. Of 37 studies of vehicles that others
+    simulated, and whose noise they stated, two were so, each with a cause outside the library that acts in bursts (weed
+    that comes and goes, oil that runs fore and aft).
+    """
+    largest = [noise_shapes(settings)[sizes.shape[c]].ratio >= max(settings.noise_ratios) for c in known.declared]
+    return len(largest) > 0 and 2 * sum(largest) >= len(largest)
+
+
 def noise_prior(problem: Problem) -> NoisePrior:
     """Declared noise, and the least there can be: rounding to the record's last digit, or to the digits of sums."""
     declared = {

@@ -208,7 +208,7 @@ class PlaneOffset(OnPlane, RudderOffset):
     name = "plane_offset"
     title = "stern plane zero offset"
     confused_with: tuple[str, ...] = ("net_weight", "trim", "asymmetry")
-    distinguished_by = "its angle is the same at every speed: two speeds"
+    distinguished_by = "the same at every speed, unlike a weight; of an asymmetry only where that has another arm"
 
 
 class PlaneGain(OnPlane, RudderGain):

@@ -247,7 +247,7 @@ class Asymmetry(Effect):
     acts_on = ("heave", "pitch")
     equivalent = ("Z_0", "C_y0", "m_z0", "K_L0", "K_M0")
     confused_with = ("plane_offset", "net_weight", "trim")
-    distinguished_by = "a plane angle that is the same at all speeds; weight's falls with 1/u^2"
+    distinguished_by = "goes with u^2, unlike a weight; of a plane's offset only by another arm than the plane's"
     needs_states = ("u", "w", "q")
     needs_vehicle = ("dimensions",)
     parameters = (

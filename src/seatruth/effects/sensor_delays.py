@@ -180,7 +180,7 @@ class RateDelay(Filtered):
     title = "delay of the rate of turn"
     cause = "sensor.timing.rate"
     number = 10
-    equation = "r_m(t) = r(t - tau)"
+    equation = "r_m(t) = r(t - tau); q_m where there is no yaw rate"
     source = _SOURCE
     acts_on = ("sensor:r",)
     confused_with = ("rudder_delay", "rudder_lag")
@@ -210,7 +210,7 @@ class SpeedDelay(Filtered):
     title = "delay of the log"
     cause = "sensor.timing.speed"
     number = 10
-    equation = "u_m(t) = u(t - tau), v_m alike"
+    equation = "u_m(t) = u(t - tau), v_m (w_m where there is no sway) alike"
     source = _SOURCE
     acts_on = ("sensor:u", "sensor:v")
     confused_with = ("rudder_delay", "log_lever_arm")
