@@ -237,3 +237,20 @@ def test_what_may_stand_in_a_member_s_place_is_not_one_more() -> None:
     assert posterior.leading(servo, effects) == ("rudder_lag",)
     sensors = {("heading_bias",): 0.4, ("gyro_bias", "heading_bias"): 0.35, ("heading_bias", "position_delay"): 0.25}
     assert posterior.leading(sensors, effects) == ("gyro_bias", "heading_bias")
+
+
+def test_what_stands_for_another_form_of_the_hull_raises_no_temperature_of_what_acts_beside_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Planes that are off, of an AUV of another damping: cross-flow drag explains 392 nats beside forces."""
+    monkeypatch.setitem(EFFECTS, "cross_flow", available()["cross_flow"])
+    fits: dict[tuple[Key, bool], float] = {
+        ((), False): -7000.0,
+        ((), True): -392.0,
+        (("cross_flow",), True): 0.0,
+        (("cross_flow", "rudder_offset"), True): 42.0,
+    }
+    found = posterior.answers(posterior.hypotheses(searched(fits), SETTINGS))
+    assert found["cross_flow", "rudder_offset"] > 0.9
+    del fits[("cross_flow", "rudder_offset"), True]
+    assert posterior.explained_from(searched(fits)) == -392.0, "where the term leads alone, it is what explains"

@@ -96,7 +96,8 @@ class Assembly:
         """With their probabilities as the decision leaves them."""
         effects = self.problem.effects
         waves = [name for name in self.decision.small if follows_each_trial(effects[name])]
-        return with_other_forms(self._weighed, effects, [*self.decision.outdone, *waves])
+        shapes = self.decision.refused if self._noise_is_motion else ()
+        return with_other_forms(self._weighed, effects, [*self.decision.outdone, *shapes, *waves])
 
     @cached_property
     def inclusion(self) -> dict[str, float]:
@@ -164,8 +165,12 @@ class Assembly:
         fit = self.search.beside(left.shown, self._form)
         sure = [name for name in left.shown if fit is None or is_sure(self.problem, fit, name)]
         left = without_disputed(left, found, effects, sure, self._validated)
-        noise = self.search.leader.sizes, self.search.known, self.settings
-        return without_taken_for_noise(left, found, self._validated) if is_no_noise(*noise) else left
+        return without_taken_for_noise(left, found, self._validated) if self._noise_is_motion else left
+
+    @cached_property
+    def _noise_is_motion(self) -> bool:
+        """Whether the best fit takes motion for noise."""
+        return is_no_noise(self.search.leader.sizes, self.search.known, self.settings)
 
     @cached_property
     def _leaves_a_gap(self) -> bool:

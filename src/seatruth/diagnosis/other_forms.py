@@ -50,12 +50,17 @@ def _is_damping(name: str, effects: Mapping[str, Effect]) -> bool:
     return any(is_within(effects[name].cause, form) for form in _FORMS)
 
 
+def hull_forms_in(key: Sequence[str], effects: Mapping[str, Effect]) -> tuple[str, ...]:
+    """The effects of a set that a hull of another form shows as well."""
+    return tuple(name for name in key if _is_damping(name, effects) or is_only_form(name, effects))
+
+
 def forms_in(key: Sequence[str], effects: Mapping[str, Effect]) -> tuple[str, ...]:
     """The effects of a set that another form of the model shows as well.
 
     A factor on the thrust of all propellers is one beside other effects only; that of one of several never is.
     """
-    found = {name for name in key if _is_damping(name, effects) or is_only_form(name, effects)}
+    found = {*hull_forms_in(key, effects)}
     return tuple(name for name in key if name in found or (len(key) > 1 and _is_thrust(name, effects)))
 
 
