@@ -22,6 +22,7 @@ from seatruth.study.template_courses import between_samples, wrapped_angles
 from seatruth.study.template_parameters import one_line as _one_line
 from seatruth.study.template_parameters import parameter_lines
 from seatruth.study.template_simulator import recordable, simulator_lines, with_names
+from seatruth.study.template_size import too_fast_for_its_length
 from seatruth.study.time_columns import dated_column
 from seatruth.trials import STANDARD_CHANNELS, Channel, Clock
 from seatruth.trials.time_axis import time_axis
@@ -118,6 +119,7 @@ def template(
             "[channels] and take it out of `without` in [[trials]]."
         )
     notes += [*pressures.notes("z", fields), *_vague(guesses), *_several_shafts(guesses, fields)]
+    notes += [] if ":" in use else too_fast_for_its_length(model, fields, guesses)
     zone = utm_zone(log)
     if "easting" in guesses and zone is None:
         notes.append('The zone of northing and easting is not known: state it in [frames], as utm = "32 north".')
