@@ -249,6 +249,10 @@ def test_what_was_significant_beside_a_refused_effect_alone_falls_with_it() -> N
     none = without_unsure(said, found, lambda name, key: False)
     assert (none.kind, none.clusters, none.outdone) == ("unknown", (), ("depth_scale",))
     assert none.probability == pytest.approx(1.0)
+    # Beside what stands for another form of the model, too.
+    formed, asked = replace(said, form=("cross_flow_vertical",)), list[tuple[str, ...]]()
+    assert without_unsure(formed, found, lambda name, key: not asked.append(key)) == formed
+    assert asked == [("cross_flow_vertical", "depth_lever_arm", "net_weight")] * 2
 
 
 def test_what_stands_only_beside_an_effect_of_a_size_that_nobody_believes_is_not_named() -> None:

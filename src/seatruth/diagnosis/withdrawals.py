@@ -245,10 +245,12 @@ def without_disputed(
 def without_unsure(decision: Decision, found: Sequence[Hypothesis], helps: Callable[[str, Key], bool]) -> Decision:
     """The decision less what its set no longer bears out, once other effects have been taken from that.
 
-    Of a glider's depth sensor 10 % off, which was refused, an arm of 0.1 +- 0.1 m was left.
+    Of a glider's depth sensor 10 % off, which was refused, an arm of 0.1 +- 0.1 m was left. It is asked beside what
+    stands for another form of the model, as it was asked before.
     """
     members = {one: one.member_in(decision.shown) for one in decision.clusters}
-    kept = tuple(one for one, name in members.items() if helps(name, decision.shown))
+    asked = tuple(sorted({*decision.shown, *decision.form}))
+    kept = tuple(one for one, name in members.items() if helps(name, asked))
     if len(kept) == len(decision.clusters):
         return decision
     if kept:
