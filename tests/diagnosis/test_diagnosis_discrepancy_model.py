@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import boat_case as boat
 import numpy as np
 import pytest
 
-from seatruth.diagnosis.discrepancy.model import DiscrepancyModel, can_carry, force_input, hats, scales_of, with_forces
+from seatruth.diagnosis.discrepancy.model import (
+    DiscrepancyModel,
+    can_carry,
+    force_input,
+    hat_input,
+    hats,
+    scales_of,
+    with_forces,
+)
 from seatruth.effects import load_effects, with_effects
 from seatruth.manoeuvres import Stepper
 from seatruth.models import Observation, load_model, observed
@@ -31,7 +40,9 @@ def rates(model: DiscrepancyModel, t: float, forces: dict[str, float] | None = N
     from collections import namedtuple
 
     s = namedtuple("s", [c.name for c in model.states])(1.8, 0.1, 0.04, 0.3, 5.0, 6.0)
-    inputs = {c.name: 0.0 for c in model.inputs} | {"delta": 0.15} | (forces or {})
+    basis = hats(np.array([t]), model.spacing, model.knots)[0]
+    shapes = {hat_input(k): float(value) for k, value in enumerate(basis)}
+    inputs = {c.name: 0.0 for c in model.inputs} | {"delta": 0.15} | shapes | (forces or {})
     i = namedtuple("i", inputs)(**inputs)
     values = {**model.nominal(), **parameters}
     p = namedtuple("p", values)(**values)
@@ -142,6 +153,9 @@ def test_forces_of_a_trial_become_inputs(model: DiscrepancyModel) -> None:
     np.testing.assert_allclose(carried.inputs[force_input("r")], [0.0, 0.2, 0.4])
     assert not np.any(carried.inputs[force_input("u")])
     assert not np.any(with_forces(trial, model).inputs[force_input("r")])
+    np.testing.assert_allclose(carried.inputs[hat_input(1)], [0.0, 0.5, 1.0])
+    later = with_forces(dataclasses.replace(trial, t=trial.t + 7.0), model)
+    np.testing.assert_array_equal(later.inputs[hat_input(1)], carried.inputs[hat_input(1)], "a section's own time")
 
 
 def test_a_black_box_and_a_model_without_motion_carry_none() -> None:

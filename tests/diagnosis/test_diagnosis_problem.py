@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -77,7 +78,22 @@ def held_problem(ship_folder: Path, offset_runs: list[Trial]) -> Problem:
     return Problem(study, load_effects(small.EFFECTS, ship_folder), FEW, threads=1)
 
 
-@pytest.mark.parametrize("inputs", ["problem", "held_problem"])
+@pytest.fixture(scope="module")
+def uneven_problem(ship_folder: Path, offset_runs: list[Trial]) -> Problem:
+    """The same with rows lost, so that knots lie between samples."""
+    few = []
+    for trial in small.shortened(offset_runs[:2], 43):
+        kept = np.arange(43) % 5 != 3
+        series = ({name: values[kept] for name, values in each.items()} for each in (trial.inputs, trial.outputs))
+        few.append(replace(trial, t=trial.t[kept], **dict(zip(("inputs", "outputs"), series))))
+    problem = Problem(small.study(ship_folder, few), load_effects(small.EFFECTS, ship_folder), FEW, threads=1)
+    assert problem.discrepancy is not None
+    knots = problem.discrepancy.spacing * np.arange(FEW.knots)
+    assert not np.isin(knots.round(6), (few[0].t - few[0].t[0]).round(6))[1:-1].all()
+    return problem
+
+
+@pytest.mark.parametrize("inputs", ["problem", "held_problem", "uneven_problem"])
 def test_derivatives_by_initial_states_and_knots_of_each_trial(inputs: str, request: pytest.FixtureRequest) -> None:
     """Missing forces are straight lines between knots whether or not the recorded inputs are held."""
     problem = request.getfixturevalue(inputs)

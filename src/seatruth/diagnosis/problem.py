@@ -107,7 +107,7 @@ class Problem:
                 inertia = inertias_of(model, trials, study.space.nominal(), scales)
                 model = self.discrepancy = DiscrepancyBlackBox(model, *shape, inertia, humps=humps)
             else:
-                model = self.discrepancy = DiscrepancyModel(model, *shape, humps=humps, since=settings.sections > 1)
+                model = self.discrepancy = DiscrepancyModel(model, *shape, humps=humps)
             trials = [with_forces(trial, self.discrepancy) for trial in trials]
         self.model, self.trials = model, Trials(trials)
         self.equations = list(self.discrepancy.equations) if self.discrepancy else []

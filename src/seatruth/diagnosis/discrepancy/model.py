@@ -7,7 +7,9 @@ The missing acceleration in each equation is a sum of
 
 Both are accelerations (m/s2, rad/s2) added to the rate of a state, so that any model can carry them. The terms and the
 knots are parameters that vanish at zero. The functions of time that are already known enter as inputs `force_STATE`,
-since a parameter has one value for all trials.
+since a parameter has one value for all trials, and so do the hats of the knots: between samples an input is a straight
+line, and a knot lies between two of them. Hats of the time itself would make derivatives that differ from what is
+simulated by a thousandth, and where a run is unstable, tens of metres of a knot cancel to millimetres.
 """
 
 from __future__ import annotations
@@ -46,7 +48,6 @@ class MissingForces:
         terms: the terms of all equations; each has a parameter of its name.
         scales: usual size of each motion and input, which makes the terms dimensionless.
         rests: the inputs at which drives rest, where that is not zero: terms count from there.
-        since: whether a trial's time begins elsewhere than at zero, as that of a section does; an input holds where.
     """
 
     equations: dict[str, str]
@@ -56,7 +57,6 @@ class MissingForces:
     terms: tuple[Term, ...]
     scales: dict[str, float]
     rests: dict[str, float]
-    since: bool
 
     def declare(
         self,
@@ -66,21 +66,19 @@ class MissingForces:
         scales: Mapping[str, float],
         *,
         humps: Sequence[Hump] = (),
-        since: bool = False,
     ) -> tuple[list[Channel], list[Parameter]]:
         """Sets the attributes; returns the inputs and parameters that `base` gets besides its own.
 
         `duration` (s) is that of the longest trial.
         """
-        self.equations, self.terms, self.since = equations(base), tuple(terms_of(base, humps)), since
+        self.equations, self.terms = equations(base), tuple(terms_of(base, humps))
         self.rests = rests(base)
         self.knots, self.spacing, self.scales = knots, duration / (knots - 1), dict(scales)
         self.knot_names = {state: tuple(f"knot_{state}_{k}" for k in range(knots)) for state in self.equations}
         units = {state: acceleration_unit(base, state) for state in self.equations}
         parameters = [Parameter(name, 0.0, units[state]) for state, names in self.knot_names.items() for name in names]
         parameters += [Parameter(term.name, 0.0, units[term.state]) for term in self.terms]
-        inputs = [Channel(force_input(state), unit) for state, unit in units.items()]
-        return [*inputs, *([Channel(START, "s")] if since else [])], parameters
+        return [Channel(force_input(state), unit) for state, unit in units.items()], parameters
 
 
 class DiscrepancyModel(MissingForces, ModelWrapper):
@@ -92,7 +90,6 @@ class DiscrepancyModel(MissingForces, ModelWrapper):
         duration: s, of the longest trial.
         scales: usual size of each state and input, which makes the terms dimensionless.
         humps: of the resistance, over the speeds of the trials.
-        since: whether a trial's time begins elsewhere than at zero.
     """
 
     def __init__(
@@ -103,9 +100,9 @@ class DiscrepancyModel(MissingForces, ModelWrapper):
         scales: Mapping[str, float],
         *,
         humps: Sequence[Hump] = (),
-        since: bool = False,
     ) -> None:
-        inputs, parameters = self.declare(base, knots, duration, scales, humps=humps, since=since)
+        inputs, parameters = self.declare(base, knots, duration, scales, humps=humps)
+        inputs += [Channel(hat_input(k), "1") for k in range(knots)]
         super().__init__(base, inputs=inputs, parameters=parameters)
         # Held forces would lag the knots, by which derivatives are taken, by half a sample.
         self.linear = (*base.linear, *(channel.name for channel in inputs))
@@ -154,7 +151,7 @@ class DiscrepancyModel(MissingForces, ModelWrapper):
         order = [channel.name for channel in self.base.states]
         rows = [order.index(state) for state in self.equations]
         standard = self.base.standard_of
-        knots, spacing, scales, terms, since = self.knots, self.spacing, self.scales, self.terms, self.since
+        knots, scales, terms = self.knots, self.scales, self.terms
         resting = self.rests
         term_rows = [order.index(term.state) for term in terms]
         currents = {name: (_CURRENTS[of], sign) for name in order for of, sign in [standard(name)] if of in _CURRENTS}
@@ -170,12 +167,11 @@ class DiscrepancyModel(MissingForces, ModelWrapper):
 
         def lacking(s: Any, i: Any, p: Any, own: Any, forces: Any, e: Any) -> list[tuple[int, Any]]:
             i, e = (i, e) if surroundings is None else surroundings(s, i, p, e)
-            found = []
-            t = e.t - forces[-1] if since else e.t
-            for place, (row, force) in enumerate(zip(rows, forces)):
-                total = force
+            found, shapes = [], forces[len(rows) :]
+            for place, row in enumerate(rows):
+                total = forces[place]
                 for k in range(knots):
-                    total = total + own[place * knots + k] * max(0.0, 1.0 - abs(t / spacing - float(k)))
+                    total = total + own[place * knots + k] * shapes[k]
                 found.append((row, total))
             for term, row, coefficient in zip(terms, term_rows, own[len(rows) * knots :]):
                 product = coefficient
@@ -196,13 +192,14 @@ class DiscrepancyModel(MissingForces, ModelWrapper):
         return lacking
 
 
-START = "section_start"
-"""Name of the input that holds the time at which a section of a trial begins, s."""
-
-
 def force_input(state: str) -> str:
     """Name of the input that holds the missing acceleration of a state's equation."""
     return f"force_{state}"
+
+
+def hat_input(knot: int) -> str:
+    """Name of the input that holds the linear B-spline of a knot."""
+    return f"hat_{knot}"
 
 
 def hats(t: Array, spacing: float, knots: int) -> Array:
@@ -211,15 +208,17 @@ def hats(t: Array, spacing: float, knots: int) -> Array:
 
 
 def with_forces(trial: Trial, model: MissingForces, forces: Array | None = None) -> Trial:
-    """The trial with the missing accelerations among its inputs: `forces` (equations, knots), zero where None."""
-    start = float(trial.t[0])
-    basis = hats(np.asarray(trial.t) - start, model.spacing, model.knots)
+    """The trial with the missing accelerations among its inputs: `forces` (equations, knots), zero where None.
+
+    A model whose equations are known gets the hats of the knots as well.
+    """
+    basis = hats(np.asarray(trial.t) - float(trial.t[0]), model.spacing, model.knots)
     extra = {
         force_input(state): np.zeros(len(trial)) if forces is None else basis @ forces[k]
         for k, state in enumerate(model.equations)
     }
-    if model.since:
-        extra[START] = np.full(len(trial), start)
+    if isinstance(model, DiscrepancyModel):
+        extra |= {hat_input(k): basis[:, k] for k in range(model.knots)}
     return dataclasses.replace(trial, inputs={**trial.inputs, **extra})
 
 
