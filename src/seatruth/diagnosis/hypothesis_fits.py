@@ -124,8 +124,9 @@ def fit_again(found: Search, *, discrepancy: bool) -> None:
 def fit_both(found: Search, key: Key, near: Fit) -> None:
     """Fits a set with and without discrepancy, at least as well as the sets that it contains."""
     found.begun[key] = near.effects, near.discrepancy, near.evidence
+    from_near = False
     try:
-        _fit_forward(found, key, near)
+        from_near = _fit_forward(found, key, near)
     except np.linalg.LinAlgError as trouble:
         found.failed.setdefault(key, str(trouble))
     for on in (False, True):
@@ -133,6 +134,8 @@ def fit_both(found: Search, key: Key, near: Fit) -> None:
         parent = max((p for p in parts if p is not None), key=lambda p: p.evidence, default=None)
         own = found.fits.get((key, on))
         # A set contains its parts at the null of the rest: where it is far behind, its search went astray.
+        if on and from_near and parent is not None and parent.effects == near.effects:
+            continue  # it began there
         if parent is not None and own is not None and own.evidence < parent.evidence - _NESTED:
             near_enough = found.rival - HOPE
             fit_once(found, key, on, parent.point, parent.sizes, attempt=_FROM_ITS_BEST_PART, rival=near_enough)
@@ -231,8 +234,11 @@ def fit_once(
     return _kept(found, got)
 
 
-def _fit_forward(found: Search, key: Key, near: Fit) -> None:
-    """Fits a set without discrepancy from where the near fit's linearization predicts it, and then with it."""
+def _fit_forward(found: Search, key: Key, near: Fit) -> bool:
+    """Fits a set without discrepancy from where the near fit's linearization predicts it, and then with it.
+
+    Whether the fit with it began where the near fit ended.
+    """
     problem, best, start = found.problem, found.rival, _start(found, key, near)
     near_enough = best - HOPE  # further attempts at what is hopeless are broken off too, if later
     # It may be fitted already, in a search without forces.
@@ -242,15 +248,16 @@ def _fit_forward(found: Search, key: Key, near: Fit) -> None:
     if got is not None:
         got = _from_likely_values(found, key, near, _from_other_starts(found, key, near, got))
     if problem.discrepancy is None or found.bare:
-        return
+        return False
     if got is not None and got.evidence > near.evidence - problem.settings.hopeless:
         fit_once(found, key, True, got.point, _beside(found, got, near))
-        return
+        return False
     sizes = near.sizes.with_discrepancy()
     # Not a whole step away: the near fit is at its optimum, and a long run does not survive one.
     loose = fit_once(found, key, True, start, sizes)
     first = tuple(found.explaining(1))  # forces may hold it at another optimum, however far ahead
-    if got is not None and (loose is None or got.evidence > loose.evidence - _ASTRAY or key == first):
+    short = loose is not None and not loose.settled  # as a compass 3 deg off, of a boat in a short sea
+    if got is not None and (loose is None or short or got.evidence > loose.evidence - _ASTRAY or key == first):
         # Forces hold a run near its record whatever the effect is: what it is worth without them shows its size.
         words = "from its fit without discrepancy"
         loose = fit_once(found, key, True, got.point, sizes, attempt=words, rival=near_enough) or loose
@@ -263,6 +270,7 @@ def _fit_forward(found: Search, key: Key, near: Fit) -> None:
         if got is not None and got.evidence > loose.evidence + _NESTED:
             # What it reaches there is no optimum of forces: they contain it.
             fit_once(found, key, True, got.point, _beside(found, got, near), attempt="from its end without discrepancy")
+    return near.discrepancy and start is near.point
 
 
 def _fit_bare(found: Search, key: Key, near: Fit, start: Point) -> tuple[Point, Fit | None]:
