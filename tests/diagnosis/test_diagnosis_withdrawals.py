@@ -295,17 +295,24 @@ def test_a_size_that_trials_dispute_is_named_where_the_gap_surely_shrinks() -> N
     assert without_disputed(named, hypotheses(*wind), EFFECTS, (), lambda key: validation) == named
 
 
-def test_where_motion_is_taken_for_noise_only_what_surely_predicts_is_named() -> None:
+def test_where_motion_is_taken_for_noise_only_what_surely_predicts_or_trials_agree_about_is_named() -> None:
     entries = (("depth_lever_arm", "log_lever_arm_vertical"), 0.999, True), ((), 0.001)
     said, found = decided(*entries), hypotheses(*entries)
 
-    def left(lower: float) -> Decision:
+    def left(lower: float, *agreed: str) -> Decision:
         folds = (Fold("pulses", said.shown, 8.0, 8.1, 5.0, 5.0, 1.0, 0.1, 5.0),)
-        return without_taken_for_noise(said, found, lambda key: Validation(folds, -0.01, lower, 0.04, 0.6))
+        return without_taken_for_noise(said, found, agreed, lambda key: Validation(folds, -0.01, lower, 0.04, 0.6))
 
     assert left(0.1) == said
     assert (left(-0.06).kind, left(-0.06).refused) == ("unknown", said.shown)
-    assert without_taken_for_noise(said, found, lambda key: None).kind == "unknown"
+    assert without_taken_for_noise(said, found, (), lambda key: None).kind == "unknown"
+    # In a sea, what all trials agree about stands.
+    one = left(-0.06, "depth_lever_arm")
+    assert ([cause.effects for cause in one.clusters], one.refused) == (
+        [("depth_lever_arm",)],
+        ("log_lever_arm_vertical",),
+    )
+    assert left(-0.06, *said.shown) == said
 
 
 def test_what_has_a_phase_in_each_trial_stays_where_others_do_not_predict_it() -> None:

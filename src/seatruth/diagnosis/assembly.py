@@ -33,7 +33,7 @@ from seatruth.diagnosis.reported_noise import noise_of_channels
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sections import recorded
 from seatruth.diagnosis.sentences import verdict_sentence
-from seatruth.diagnosis.size_errors import is_sure, size_errors
+from seatruth.diagnosis.size_errors import in_agreement, is_sure, size_errors
 from seatruth.diagnosis.sizes import is_no_noise
 from seatruth.diagnosis.sizes_in_words import effect_in_words, furthest
 from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis, NamedCause, Verdict
@@ -165,7 +165,10 @@ class Assembly:
         fit = self.search.beside(left.shown, self._form)
         sure = [name for name in left.shown if fit is None or is_sure(self.problem, fit, name)]
         left = without_disputed(left, found, effects, sure, self._validated)
-        return without_taken_for_noise(left, found, self._validated) if self._noise_is_motion else left
+        if not self._noise_is_motion:
+            return left
+        agreed = in_agreement(self.problem, self.search.beside(left.shown, self._form), left.shown)
+        return without_taken_for_noise(left, found, agreed, self._validated)
 
     @cached_property
     def _noise_is_motion(self) -> bool:
@@ -335,8 +338,7 @@ class Assembly:
                 others = [
                     other for other in leading if other != name and not are_one(self.problem.effects, name, other)
                 ]
-                between = self.information.noncentrality_between
-                near = {other: between(name, other, key, self._form) for other in others}
+                near = {o: self.information.noncentrality_between(name, o, key, self._form) for o in others}
             parameters = self._parameters(name)
             gains = self.gains(name, key) if name in key else np.zeros(0)
             rows.append(
