@@ -33,7 +33,7 @@ from seatruth.diagnosis.reported_noise import noise_of_channels
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sections import recorded
 from seatruth.diagnosis.sentences import verdict_sentence
-from seatruth.diagnosis.size_errors import in_agreement, is_sure, size_errors
+from seatruth.diagnosis.size_errors import is_sure, size_errors
 from seatruth.diagnosis.sizes import is_no_noise
 from seatruth.diagnosis.sizes_in_words import effect_in_words, furthest
 from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis, NamedCause, Verdict
@@ -94,10 +94,10 @@ class Assembly:
     @cached_property
     def hypotheses(self) -> list[Hypothesis]:
         """With their probabilities as the decision leaves them."""
-        effects = self.problem.effects
-        waves = [name for name in self.decision.small if follows_each_trial(effects[name])]
-        shapes = self.decision.refused if self._noise_is_motion else ()
-        return with_other_forms(self._weighed, effects, [*self.decision.outdone, *shapes, *waves])
+        effects, said = self.problem.effects, self.decision
+        waves = [name for name in said.small if follows_each_trial(effects[name])]
+        shapes = said.refused if self._noise_is_motion else ()
+        return with_other_forms(self._weighed, effects, [*said.outdone, *shapes, *waves])
 
     @cached_property
     def inclusion(self) -> dict[str, float]:
@@ -162,12 +162,12 @@ class Assembly:
         left = without_untried(left, found, effects, self._validated, forces=self.problem.discrepancy is not None)
         if gap.strays and left.shown == said.shown:
             left = without_negligible(left, found, effects, self._validated, gap, self.settings)
-        fit = self.search.beside(left.shown, self._form)
+        fit, asked = self.search.beside(left.shown, self._form), tuple(sorted({*left.shown, *self._form}))
         sure = [name for name in left.shown if fit is None or is_sure(self.problem, fit, name)]
         left = without_disputed(left, found, effects, sure, self._validated)
-        if not self._noise_is_motion:
+        if not self._noise_is_motion or not left.shown:
             return left
-        agreed = in_agreement(self.problem, self.search.beside(left.shown, self._form), left.shown)
+        agreed = [name for name in left.shown if len(each := self.gains(name, asked)) and bool((each > 0.0).all())]
         return without_taken_for_noise(left, found, agreed, self._validated)
 
     @cached_property

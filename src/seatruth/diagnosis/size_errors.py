@@ -10,7 +10,6 @@ measurements of one constant disagree (Birge 1932, Physical Review 40, 207-227).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 from scipy import stats
@@ -48,24 +47,6 @@ def is_sure(problem: Problem, fit: Fit, name: str) -> bool:
         freedom = len(left_out_together(problem.trials)) - 1
         least = float(stats.f.isf(stats.chi2.sf(least, 1), 1, freedom)) if freedom > 0 else least
     return fit.significance(problem, name, wider) >= least
-
-
-def in_agreement(problem: Problem, fit: Fit | None, names: Sequence[str]) -> list[str]:
-    """Effects about whose magnitudes trials disagree no more than noise allows, at the level of significance.
-
-    The squared moves over what they should be are those of as many trials as there are, each with a mean of one.
-    """
-    if fit is None or not names:
-        return []
-    many, found = len(left_out_together(problem.trials)), np.nan_to_num(disagreement(problem, fit), nan=math.inf)
-    most = math.sqrt(float(stats.chi2.isf(problem.settings.significance, many)) / many)
-
-    def agree(name: str) -> bool:
-        effect = problem.effects[name]
-        pairs = zip(problem.columns[name], effect.parameters, strict=True)
-        return all(found[k] <= most for k, q in pairs if q.name in effect.magnitudes)
-
-    return [name for name in names if agree(name)]
 
 
 def disagreement(problem: Problem, fit: Fit) -> Array:
