@@ -251,7 +251,12 @@ def test_what_was_significant_beside_a_refused_effect_alone_falls_with_it() -> N
     assert none.probability == pytest.approx(1.0)
     # Beside what stands for another form of the model, too.
     formed, asked = replace(said, form=("cross_flow_vertical",)), list[tuple[str, ...]]()
-    assert without_unsure(formed, found, lambda name, key: not asked.append(key)) == formed
+
+    def helps(name: str, key: tuple[str, ...]) -> bool:
+        asked.append(key)
+        return True
+
+    assert without_unsure(formed, found, helps) == formed
     assert asked == [("cross_flow_vertical", "depth_lever_arm", "net_weight")] * 2
 
 

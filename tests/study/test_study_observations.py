@@ -353,7 +353,8 @@ def test_init_says_what_it_took_each_column_for(tmp_path: Path) -> None:
         }
     )
     text, notes = proposed(frame)
-    assert notes == []
+    (said,) = notes
+    assert "too fast for the ship of 7 m" in said
     for line in (
         'unit = "us"   # time read as us since 1970, from 2025-07-31T13:14:21+00:00 on\n',
         'latitude = { column = "Lat", unit = "deg" }   # x and y, from the first fix on; at = [forward, starboard, ',
