@@ -11,7 +11,7 @@ import itertools
 from collections.abc import Iterator
 
 import numpy as np
-import scipy.signal
+import scipy.fft
 
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
@@ -51,8 +51,11 @@ def _answers(plane: Array, rate: Array) -> bool:
     if not known.any():
         return False
     rate = np.interp(np.arange(rate.size), np.flatnonzero(known), rate[known])
-    likeness = np.abs(scipy.signal.correlate(rate - rate.mean(), plane - plane.mean()))
-    return int(np.argmax(likeness)) > plane.size - 1
+    length = scipy.fft.next_fast_len(2 * plane.size, real=True)  # by Fourier transforms: logs may be long
+    spectra = [scipy.fft.rfft(values - values.mean(), length) for values in (rate, plane)]
+    likeness = np.abs(scipy.fft.irfft(spectra[0] * spectra[1].conj(), length))
+    lag = int(np.argmax(likeness))
+    return 0 < lag < plane.size
 
 
 def _movements(trial: Trial, rate: Array) -> list[tuple[float, float]]:
