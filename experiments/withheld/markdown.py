@@ -38,13 +38,13 @@ def markdown(out: Path, *, draft: bool = False) -> str:
     lines = [f"**Draft, not to be published**: {'; '.join(doubts)}.", ""] if doubts else []
     lines += [_about(content, first, simple), ""]
     beside = ["best of the simple programs"] if simple else []
-    lines += [_row(["measure", "goal", f"{TITLES[first]} (95 % interval)", "cases", "", *beside, "limit"])]
-    lines += [_row(["---"] * (6 + len(beside)))]
+    lines += [row(["measure", "goal", f"{TITLES[first]} (95 % interval)", "cases", "", *beside, "limit"])]
+    lines += [row(["---"] * (6 + len(beside)))]
     for k, one in enumerate(programs[first]):
         best = [_best([(name, programs[name][k]) for name in simple], one["goal"])] if simple else []
         limit = programs[LIMIT][k]["value"] if LIMIT in programs else None
         lines.append(
-            _row([
+            row([
                 one["name"], one["goal"], _value(one), str(one["n"] or ""), answer(one), *best,
                 "" if limit is None else f"{limit:.2f}",
             ])
@@ -91,5 +91,5 @@ def _best(of: Sequence[tuple[str, Row]], goal: str) -> str:
     return f"{value:.2f} ({name})"
 
 
-def _row(cells: Sequence[str]) -> str:
+def row(cells: Sequence[str]) -> str:
     return "| " + " | ".join(cells) + " |"

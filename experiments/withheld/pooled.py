@@ -12,6 +12,7 @@ from pathlib import Path
 
 from seatruth.errors import BadInput
 from withheld.intervals import wilson
+from withheld.markdown import row
 
 PAGE = Path(__file__).with_name("blind_sets.md")
 NEWEST = 150
@@ -97,8 +98,8 @@ def pool(sets: Sequence[Set]) -> Pool:
     limit: dict[str, tuple[int, int]] = {}
     for name in SHARES:
         rows = [one.counts[name] for one in sets if name in one.counts]
-        hits[name] = (sum(row[0] for row in rows), sum(row[2] for row in rows))
-        limit[name] = (sum(row[1] or 0 for row in rows), sum(row[2] for row in rows if row[1] is not None))
+        hits[name] = (sum(one[0] for one in rows), sum(one[2] for one in rows))
+        limit[name] = (sum(one[1] or 0 for one in rows), sum(one[2] for one in rows if one[1] is not None))
     return Pool(sum(one.cases for one in sets), hits, limit)
 
 
@@ -118,10 +119,10 @@ def markdown(page: Path = PAGE) -> str:
     pools = [pool(newest(sets)), pool(sets)]
     titles = [f"newest {pools[0].cases} cases", f"all {pools[1].cases} cases"]
     head = ["measure", "goal", *(cell for title in titles for cell in (f"{title} (95 % interval)", "", "limit"))]
-    lines = [_row(head), _row(["---"] * len(head))]
+    lines = [row(head), row(["---"] * len(head))]
     for name, goal in SHARES.items():
         cells = [cell for one in pools for cell in _cells(one, name)]
-        lines.append(_row([_TITLES.get(name, name), goal, *cells]))
+        lines.append(row([_TITLES.get(name, name), goal, *cells]))
     return "\n".join(lines) + "\n"
 
 
@@ -151,7 +152,3 @@ def _cells(found: Pool, name: str) -> list[str]:
     low, high = wilson(*hits)
     share = f"{hits[0] / hits[1]:.2f} ({low:.2f} to {high:.2f})"
     return [share, _of(hits), f"{limit[0] / limit[1]:.2f}" if limit[1] else ""]
-
-
-def _row(cells: Sequence[str]) -> str:
-    return f"| {' | '.join(cells)} |"

@@ -119,6 +119,20 @@ def at_all_times(trial: Trial, name: str) -> Array:
     return np.asarray(line, dtype=np.float64)
 
 
+def filled(trial: Trial, name: str) -> Array:
+    """An angle (n,) without jumps by a turn, a straight line where it is not known."""
+    values = at_all_times(trial, name)
+    known = np.isfinite(values)
+    return np.unwrap(np.interp(trial.t, trial.t[known], np.unwrap(values[known])))
+
+
+def rate_of(trial: Trial, rate: str, angle: str) -> Array:
+    """A rate of turn (n,), from its angle where it is not recorded; NaN where that is not known."""
+    if has_channels(trial, rate):
+        return at_all_times(trial, rate)
+    return np.where(np.isfinite(at_all_times(trial, angle)), np.gradient(filled(trial, angle), trial.t), np.nan)
+
+
 def unit_of(name: str, model: Channels | None) -> str:
     """The unit a channel has inside seatruth, by the model or the standard channels; empty if unknown."""
     for channel in (*model.inputs, *model.outputs) if model is not None else ():

@@ -15,7 +15,7 @@ import scipy.fft
 
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
-from seatruth.trials.check.helpers import Channels, at_all_times, has_channels, make_finding
+from seatruth.trials.check.helpers import Channels, has_channels, make_finding, rate_of
 from seatruth.trials.check.steering import agreement_of, by_chance, holds, runs_ahead
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
@@ -28,7 +28,7 @@ def check_planes(trial: Trial, model: Channels | None = None) -> Iterator[Findin
     for channel in model.inputs if model is not None else ():
         if channel.name == "delta_s" and "nose up" in channel.description.lower():
             return  # the model's own planes
-    rate = _pitch_rate(trial)
+    rate = rate_of(trial, "q", "theta")
     moves = _movements(trial, rate) if _answers(trial.channel("delta_s"), rate) else []
     agreement = agreement_of(moves)
     if agreement < limits.RUDDER_AGREEMENT or by_chance(-agreement, len(moves)) > limits.RUDDER_CHANCE:
@@ -69,13 +69,3 @@ def _movements(trial: Trial, rate: Array) -> list[tuple[float, float]]:
     least = limits.MOVED_PART * float(np.ptp(plane))
     changes = [(level - before[0], mean - before[1]) for before, (level, mean) in itertools.pairwise(found)]
     return [(moved, answered) for moved, answered in changes if abs(moved) >= least]
-
-
-def _pitch_rate(trial: Trial) -> Array:
-    """Pitch rate (n,), from the pitch where it is not recorded."""
-    if has_channels(trial, "q"):
-        return at_all_times(trial, "q")
-    theta = at_all_times(trial, "theta")
-    known = np.isfinite(theta)
-    filled = np.interp(trial.t, trial.t[known], theta[known])
-    return np.where(known, np.gradient(filled, trial.t), np.nan)

@@ -20,7 +20,16 @@ from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
-from seatruth.trials.check.helpers import Channels, at_all_times, degrees, has_channels, integral, make_finding
+from seatruth.trials.check.helpers import (
+    Channels,
+    at_all_times,
+    degrees,
+    filled,
+    has_channels,
+    integral,
+    make_finding,
+    rate_of,
+)
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
 
@@ -152,10 +161,5 @@ def runs_ahead(trial: Trial) -> NDArray[np.bool_]:
 
 def _yaw(trial: Trial) -> tuple[Array, Array]:
     """Yaw rate and heading (n,), one from the other where it is not recorded."""
-    if has_channels(trial, "r"):
-        rate = at_all_times(trial, "r")
-        return rate, integral(trial.t, rate)
-    psi = at_all_times(trial, "psi")
-    known = np.isfinite(psi)
-    heading = np.unwrap(np.interp(trial.t, trial.t[known], np.unwrap(psi[known])))
-    return np.where(known, np.gradient(heading, trial.t), np.nan), heading
+    rate = rate_of(trial, "r", "psi")
+    return rate, integral(trial.t, rate) if has_channels(trial, "r") else filled(trial, "psi")
