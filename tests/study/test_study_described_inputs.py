@@ -52,6 +52,16 @@ def test_a_column_is_taken_by_the_words_of_the_model(header: str, name: str, uni
 
 
 @pytest.mark.parametrize(
+    ("header", "most", "unit"), [("CPP_PITCH_pct", 96.0, "percent"), ("PITCH", 96.0, "percent"), ("PITCH", 0.9, "1")]
+)
+def test_the_pitch_of_a_propeller_is_no_angle(header: str, most: float, unit: str) -> None:
+    """Numbers beyond 10 are per cent, where the model's 1 is full ahead."""
+    pitch = Channel("pitch", "1", "propeller pitch, 1 = full ahead")
+    found = described_inputs({header: most * WAVE}, [pitch], Boat()).found
+    assert {key: (hit.column, hit.unit) for key, hit in found.items()} == {"pitch": (header, unit)}
+
+
+@pytest.mark.parametrize(
     "header",
     ["Engine_temp_C", "steering_motor_current_A", "Starboard_deg", "speed", "angle", "Throttle_port_pct", "steer_pct"],
 )

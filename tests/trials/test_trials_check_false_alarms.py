@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import replace
 
@@ -13,7 +14,8 @@ from known_motion import Array, scattered, zigzag
 from right_logs import right_log
 
 from seatruth.trials import Finding, Trial, check_trials
-from seatruth.trials.check import check_trial
+from seatruth.trials.check import check_trial, limits
+from seatruth.trials.check.sensors import chance_of_repeats
 
 
 def codes(findings: list[Finding]) -> set[str]:
@@ -87,6 +89,15 @@ def test_noise_that_is_rounded_is_no_held_sensor() -> None:
         z = np.round(5.0 + 4.0 * np.sin(0.05 * t) + 0.025 * rng.standard_normal(t.size), 2)
         found = check_trials([Trial("dive", t, {"n": 10.0 + rng.standard_normal(t.size)}, {"z": z})])
         assert "held" not in {finding.code for finding in found}, seed
+
+
+@pytest.mark.parametrize(("repeats", "others", "held"), [(11, 5, False), (60, 55, True), (14, 2, True), (8, 0, True)])
+def test_a_few_repeats_more_than_steps_of_one_resolution_are_chance(repeats: int, others: int, held: bool) -> None:
+    """A rate of turn in tenths of a degree a minute had 11 and 5, and nothing was held."""
+    total = repeats + others
+    exactly = sum(math.comb(total, k) * 2 ** (total - k) for k in range(repeats, total + 1)) / 3**total
+    assert 0.999 * exactly < chance_of_repeats(repeats, others) < 2.0 * exactly + 1e-12
+    assert (chance_of_repeats(repeats, others) < limits.HELD_CHANCE) == held
 
 
 def test_blanks_of_a_slower_sensor_are_not_missing() -> None:

@@ -121,6 +121,8 @@ NAMES: dict[str, tuple[str, ...]] = {
     "T": ("thrust", "thrust n", "propeller thrust"),
     "voltage": ("voltage", "battery voltage", "batt voltage", "vbat", "v bat", "battery v", "batt v"),
 }
+BRIDGE = frozenset(("rot", "rate of turn", "rate turn"))
+"""Names of a rate of turn on a ship's bridge, where its instruments and sentences give deg/min (IEC 61162-1, ROT)."""
 TOLD_BY_UNIT = frozenset(("gyro",))
 """Names of two channels, a gyrocompass's heading and a gyro's rate of turn, of which the unit tells which."""
 SUFFIXES = {

@@ -44,7 +44,7 @@ _SHARES = frozenset(("throttle", "thr", "load", "power", "lever"))
 _DRIVES = _SHARES | frozenset(
     (
         *("engine", "motor", "propeller", "prop", "thruster", "shaft", "rpm", "rps", "rev", "revs", "revolutions"),
-        *("outboard", "sterndrive", "jet", "waterjet", "impeller", "pump", "pod", "esc", "main"),
+        *("outboard", "sterndrive", "jet", "waterjet", "impeller", "pump", "pod", "esc", "main", "cpp"),
     )
 )
 _BALLAST = frozenset(

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from seatruth.errors import BadInput
 from seatruth.study.column_names import (
     ACTED,
+    BRIDGE,
     NAMES,
     OF_ANY_THRUSTER,
     ORDERS,
@@ -68,6 +69,8 @@ VAGUE = frozenset(("speed", "ship speed", "forward speed"))
 _TOO_LARGE = "numbers up to"
 _RUDDER_MOVES = 0.05
 """A rudder that moves by more than this and stays below a quarter turn is in rad: in degrees it would be at rest."""
+_SHARE, _PER_CENT = 10.0, 120.0
+"""Of an input without a unit, a part of what a drive gives, above which numbers are per cent, and the most that are."""
 _WOUND_UP = 130.0
 """rad, 20 turns; more than any manoeuvre turns."""
 
@@ -124,6 +127,9 @@ def split_header(header: str) -> tuple[str, str]:
     bracket = _BRACKETS.match(text)
     if bracket and (not bracket.group(2).strip() or is_unit(bracket.group(2))):
         return _words(bracket.group(1)), bracket.group(2).strip()
+    name, _, end = text.replace(" ", "_").rpartition("_")
+    if name and "/" in end and is_unit(end):  # "ROT_deg/min"
+        return _words(name), end
     parts = re.split(r"\s*[,;:|/]\s*", text, maxsplit=1)
     if len(parts) == 2 and parts[1] and is_unit(parts[1]):
         return _words(parts[0]), parts[1]
@@ -160,6 +166,8 @@ def _match(column: str, numbers: NDArray[np.float64], channel: Channel) -> tuple
         return rank, InferredColumn(channel.name, column, "rpm" if whole == "rpm" else "rev/s", "unit from the name")
     if name in TOLD_BY_UNIT:
         return None
+    if name in BRIDGE and channel.unit == "rad/s":
+        return rank, InferredColumn(channel.name, column, "deg/min", "assumed, as bridges log a rate of turn")
     unit, why = _from_range(numbers, channel)
     return rank, InferredColumn(channel.name, column, unit, why)
 
@@ -278,6 +286,8 @@ def _from_range(numbers: NDArray[np.float64], channel: Channel) -> tuple[str, st
         "rev/s": ("rpm", 25.0),
         "m/s": ("kn", 20.0),
     }
+    if channel.unit == "1" and _SHARE < top <= _PER_CENT:
+        return "percent", f"{_TOO_LARGE} {top:.3g} are per cent, if the model's 1 is full"
     if channel.unit in limits:
         other, limit = limits[channel.unit]
         if top > limit:

@@ -112,8 +112,8 @@ HELD_PART = 0.01
 """Part of the samples in fast motion (the fastest quarter) that repeat the one before exactly."""
 MIN_HOLDS = 8
 """Smallest number of holds in fast motion from which the step after a hold can be estimated."""
-HELD_EXCESS = 2.0
-"""Repeats over steps of one resolution, up or down: noise that is rounded gives as many of either, a hold many more."""
+HELD_CHANCE = 2e-4
+"""Probability of so many repeats in rounded noise below which a sensor held them: [S] one wrong note in 5000."""
 HELD_CATCH_UP = 1.25
 """Step after a repeated value over the usual step: 2 after one held sample, 1 if rounding made the repeat."""
 STUCK_PART = 0.1

@@ -87,7 +87,8 @@ def held_samples(values: Array) -> NDArray[np.int64]:
 
     Rounding repeats values where a channel moves slowly, less than its resolution a sample, and the step after them is
     one resolution like any other. A held value repeats at any speed, and the step after it is twice the usual.
-    Rounded noise repeats values at any speed as well, but no oftener than it moves them by one resolution.
+    Rounded noise repeats values at any speed as well, but half as often as it moves them by one resolution, up or down:
+    what repeats must surely do so oftener.
     """
     nothing = np.empty(0, dtype=np.int64)
     steps = np.abs(np.diff(values))
@@ -106,13 +107,26 @@ def held_samples(values: Array) -> NDArray[np.int64]:
     usual = (steps > 0) & fast & ~catching_up
     held = np.flatnonzero(same & fast) + 1
     enough = catching_up.sum() >= limits.MIN_HOLDS and held.size > limits.HELD_PART * fast.sum()
-    # Noise that is rounded repeats a value now and then, as often as it moves it by one resolution.
     one = np.abs(steps - resolution(values)) < 0.5 * resolution(values)
-    enough = enough and held.size > limits.HELD_EXCESS * float((one & fast).sum())
+    enough = enough and chance_of_repeats(held.size, int((one & fast).sum())) < limits.HELD_CHANCE
     if not enough or not usual.any():
         return nothing
     ratio = float(np.median(steps[catching_up]) / np.median(steps[usual]))
     return held if ratio > limits.HELD_CATCH_UP else nothing
+
+
+def chance_of_repeats(repeats: int, others: int) -> float:
+    """Bound of the probability that rounded noise repeats a value so often among the steps of 0, 1 and -1 resolution.
+
+    The three are equally probable where the noise is wider than the resolution; where it is not, a repeat while the
+    channel moves is rarer. The binomial terms fall faster than a geometric series, which bounds their sum.
+    """
+    total = repeats + others
+    falls = others / (2.0 * (repeats + 1))
+    if falls >= 1.0:
+        return 1.0
+    many = math.lgamma(total + 1) - math.lgamma(repeats + 1) - math.lgamma(others + 1)
+    return math.exp(many + others * math.log(2.0) - total * math.log(3.0)) / (1.0 - falls)
 
 
 def least_noise(values: Array) -> float:
