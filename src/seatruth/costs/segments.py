@@ -78,10 +78,13 @@ def _edges(trial: Trial, seconds: float | None) -> list[int]:
     return [*edges, len(trial)]
 
 
-def state_at(model: Model, trial: Trial, sample: int, parameters: Mapping[str, float]) -> Array:
+def state_at(
+    model: Model, trial: Trial, sample: int, parameters: Mapping[str, float], moved: Mapping[str, Array]
+) -> Array:
     """State (S,) of a model at a sample of a trial, from the outputs at that sample.
 
-    Gaps are interpolated linearly; `Model.complete` adds outputs that the trial did not record.
+    Gaps are interpolated linearly; `Model.complete` adds outputs that the trial did not record. Actuators behind servos
+    are where they have `moved` by then, (n,) by state: see `seatruth.models.servo_black_box.acting`.
     """
     y = {}
     for channel in model.outputs:
@@ -90,7 +93,11 @@ def state_at(model: Model, trial: Trial, sample: int, parameters: Mapping[str, f
         if values is not None and valid.size:
             y[channel.name] = float(np.interp(trial.t[sample], trial.t[valid], values[valid]))
     i = {channel.name: float(trial.inputs[channel.name][sample]) for channel in model.inputs}
-    return np.array(model.first_state(y, i, parameters))
+    state = np.array(model.first_state(y, i, parameters))
+    for place, channel in enumerate(model.states):
+        if channel.name in moved:
+            state[place] = moved[channel.name][sample]
+    return state
 
 
 def spread_of(model: Model, trials: Sequence[Trial]) -> dict[str, float]:

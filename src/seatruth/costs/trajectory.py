@@ -19,6 +19,7 @@ from seatruth.costs.regression import RegressionCost
 from seatruth.costs.segments import cut, state_at
 from seatruth.costs.study_cost import ResidualBlock, StudyCost, prior_blocks
 from seatruth.models.black_box import BlackBox
+from seatruth.models.servo_black_box import acting
 from seatruth.simulate import Simulator
 from seatruth.trials.trial import Trial, Trials
 
@@ -52,9 +53,11 @@ class TrajectoryCost(StudyCost):
         self._K = len(self.space.free)
         values = self.space.nominal()
         base = self._simulator.initial_states.copy()
-        for number, segment in enumerate(self._segments):
-            if not segment.first:
-                base[number] = state_at(problem.model, self.trials[segment.parent], segment.start, values)
+        under_way = [(number, segment) for number, segment in enumerate(self._segments) if not segment.first]
+        moved = {k: acting(problem.model, self.trials[k], values) for k in {segment.parent for _, segment in under_way}}
+        for number, segment in under_way:
+            whole = self.trials[segment.parent]
+            base[number] = state_at(problem.model, whole, segment.start, values, moved[segment.parent])
         theta = self.space.varying_values(self.space.start[None])[0]
         self._initial = initial_states(problem, self.options, self._segments, self._simulator, theta, base, self.trials)
         self._continuity = continuity(problem, self.options, self._segments, self._initial, self.trials)

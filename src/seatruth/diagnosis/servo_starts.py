@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from seatruth.arrays import Array
-from seatruth.models.base import Model, record, whole_name
-from seatruth.models.servo_black_box import followed
+from seatruth.models.base import Model, whole_name
+from seatruth.models.servo_black_box import acting
 from seatruth.trials.trial import Trial
 
 _LEAST_LAG = 0.01
@@ -25,14 +25,12 @@ def begun_under_way(
     An actuator follows the orders of the whole trial, behind the servo that these values of the parameters make.
     """
     found, order = np.array(first), [channel.name for channel in model.states]
-    p = record("Parameters", model.parameters)(**{q.name: values[q.name] for q in model.parameters})
     named = {trial.name: trial for trial in whole}
-    parts = [(k, part, named[whole_name(part.name)]) for k, part in enumerate(trials) if part.name not in named]
-    for servo in model.servos if parts else ():
-        settings = servo.settings(p)
-        acting = {name: followed(run.t, np.asarray(run.inputs[servo.input]), *settings) for name, run in named.items()}
-        for k, part, run in parts:
-            found[k, order.index(servo.state)] = np.interp(part.t[0], run.t, acting[run.name])
+    parts = [(k, part, whole_name(part.name)) for k, part in enumerate(trials) if part.name not in named]
+    runs = {name: acting(model, named[name], values) for name in {name for *_, name in parts}}
+    for k, part, name in parts:
+        for state, moved in runs[name].items():
+            found[k, order.index(state)] = np.interp(part.t[0], named[name].t, moved)
     return found
 
 

@@ -120,6 +120,19 @@ def behind_servos(box: BlackBox, trial: Trial, parameters: Mapping[str, float]) 
     return ActingTrial(**{**values, "inputs": {**trial.inputs, **columns}})
 
 
+def acting(model: Model, run: Trial, values: Mapping[str, float]) -> dict[str, Array]:
+    """What the actuators behind a model's servos do along a run, (n,) by state, with these values of the parameters.
+
+    A run starts at its first order. A section that begins under way has its actuators where they are by then.
+    """
+    if not model.servos:
+        return {}
+    p = record("Parameters", model.parameters)(**{q.name: values[q.name] for q in model.parameters})
+    return {
+        servo.state: followed(run.t, np.asarray(run.inputs[servo.input]), *servo.settings(p)) for servo in model.servos
+    }
+
+
 def followed(
     t: Array, order: Array, lag: float, slowness: float, delay: float = 0.0, hold: Literal["foh", "zoh"] = "foh"
 ) -> Array:
