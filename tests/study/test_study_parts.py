@@ -171,9 +171,17 @@ def test_parameters_take_what_the_file_says_and_keep_the_rest() -> None:
     assert not merged("Y_v = { vary = false }", ["Y_*"])["Y_v"].vary
 
 
+def test_what_is_believed_of_a_parameter_is_where_it_begins() -> None:
+    """Of a stranger's boat, whose priors alone were stated, the search began at the values of another boat."""
+    assert merged("N_v = { prior = { mean = 0.1, sd = 0.2 } }")["N_v"].value == 0.1
+    assert merged("N_v = { value = 0.3, prior = { mean = 0.1, sd = 0.2 } }")["N_v"].value == 0.3
+    assert merged('N_v = { expr = "2 * Y_r", prior = { mean = 0.1, sd = 0.2 } }')["N_v"].value == 0.2
+
+
 @pytest.mark.parametrize(
     ("text", "vary", "words"),
     [
+        ("Y_v = { prior = { mean = 0.5, sd = 0.1 } }", [], ["line 2", "outside its bounds"]),
         ("Y_w = 1.0", [], ["line 2", "no parameter 'Y_w'", "Did you mean 'Y_"]),
         ("Y_v = 2.0", [], ["line 2", "outside its bounds"]),
         ("Y_v = { min = 1.0, max = 0.5 }", [], ["bounds", "empty"]),

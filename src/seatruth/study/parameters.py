@@ -71,6 +71,8 @@ def _changes(
         changes["vary"] = False
     if table.prior is not None:
         changes["prior"] = Prior(table.prior.mean, table.prior.sd)
+        if "expr" not in changes and parameter.expr is None:
+            changes.setdefault("value", table.prior.mean)  # whoever states what is believed means to begin there
     if table.start is not None:
         changes["start"] = (table.start[0], table.start[1])
     if "value" in changes:

@@ -187,7 +187,7 @@ class ParameterTable(Table):
     """One parameter, in the unit of the model. A bare number is short for `{ value = number }`."""
 
     value: FiniteFloat | None = Field(
-        default=None, description="Value, from which the search starts; default: the model's."
+        default=None, description="Value, from which the search starts; default: the prior's mean, else the model's."
     )
     min: float | None = Field(default=None, description="Lower bound.")
     max: float | None = Field(default=None, description="Upper bound.")
