@@ -199,6 +199,17 @@ def test_a_fit_stops_where_it_is_known_to_end(problem: Problem) -> None:
     assert len(tried) == 1
 
 
+def test_what_has_the_noise_of_a_point_far_away_is_not_hopeless(problem: Problem) -> None:
+    """Begun where it ends, with slow noise that nothing shows: beside a rival as good, the noise is proposed anew."""
+    known, best = noise_prior(problem), fitted(problem, ("rudder_offset",))
+    slow = replace(best.sizes, shape=(len(noise_shapes(problem.settings)) - 1, *best.sizes.shape[1:]))
+    there = fit_at(problem, best.effects, best.point, slow, known, discrepancy=False, settled=True)
+    assert there.evidence < best.evidence - problem.settings.hopeless
+    found = fit(problem, best.effects, best.point, slow, known, discrepancy=False, rival=best.evidence)
+    assert found.evidence == pytest.approx(best.evidence, abs=0.1)
+    assert found.sizes.shape == best.sizes.shape
+
+
 def test_what_is_not_free_stays(problem: Problem) -> None:
     found = fitted(problem, ("gyro_bias",))
     stderr = found.stderr(problem)

@@ -171,8 +171,11 @@ def fit(
                 noise=number in (_NOISE_STEPS if round_ == 0 else (0,)),
                 shapes=round_ == 0 and number == _SHAPE_STEP, sweeps=1,
             )  # fmt: skip
-            if number >= _FIRST and value + _AHEAD * max(value - last, 0.0) < rival - settings.hopeless:
-                break
+            if number >= _FIRST and _is_hopeless(problem, value, last, rival):
+                # The noise was set further from the record, and what is near it looks hopeless for that.
+                sizes, value = _with_new_shapes(problem, at, likelihood, sizes, effects, known, channels)
+                if _is_hopeless(problem, value, last, rival):
+                    break
             last = value
             still = 0 if value > highest + _SAME_SIZES else still + 1
             highest = max(highest, value)
@@ -206,6 +209,11 @@ def fit(
         reached, last_value = credited, value
     _, point, sizes, settled = best
     return fit_at(problem, effects, point, sizes, known, discrepancy=discrepancy, settled=settled)
+
+
+def _is_hopeless(problem: Problem, value: float, last: float, rival: float) -> bool:
+    """Whether a fit that gains (nats) as in its last step comes nowhere near the best hypothesis so far."""
+    return value + _AHEAD * max(value - last, 0.0) < rival - problem.settings.hopeless
 
 
 def _approached(problem: Problem, effects: tuple[str, ...], point: Point, sizes: Sizes) -> tuple[Point, Sizes]:
@@ -262,21 +270,40 @@ def _final_sizes(
     likelihood = likelihood_at(problem, at, sizes, effects)
     evidence = OfSizes(likelihood, effects, known)
     before = evidence(sizes)
-    # What is far behind needs no exact sizes; between near rivals a nat counts.
-    if not before > rival - problem.settings.hopeless:
-        sizes, value = maximise(evidence, sizes, problem.settings, channels=channels, shapes=False, sweeps=1)
-        return sizes, value, value - before if math.isfinite(value) else 0.0, 0.0
-    for _ in range(_PROPOSALS):
-        optimum = likelihood.solve(sizes, effects)
-        residuals = at.errors + at.shared @ optimum.shared
-        residuals += np.einsum("nl,nl->n", at.local, optimum.local[problem.trial_of])
-        sizes, _ = maximise(
-            evidence, sizes, problem.settings, channels=channels, shapes=False, sweeps=1,
-            proposals=proposed_shapes(problem, residuals),
-        )  # fmt: skip
+    for number in range(_PROPOSALS):
+        sizes, value = _with_new_shapes(problem, at, likelihood, sizes, effects, known, channels)
+        # What is far behind needs no exact sizes; between near rivals a nat counts.
+        if number == 0 and not value > rival - problem.settings.hopeless:
+            return sizes, value, value - before if math.isfinite(value) else 0.0, 0.0
     sizes, value = maximise(evidence, sizes, problem.settings, channels=channels, sweeps=_SWEEPS)
     ahead = objective(problem, point, at.errors, sizes, effects, likelihood) - likelihood.least(sizes, effects)
     return sizes, value, value - before, ahead
+
+
+def _with_new_shapes(
+    problem: Problem,
+    at: Linearization,
+    likelihood: Likelihood,
+    sizes: Sizes,
+    effects: tuple[str, ...],
+    known: NoisePrior,
+    channels: Sequence[int],
+) -> tuple[Sizes, float]:
+    """The best sizes, with shapes of noise that what is left at the linear optimum proposes, and their objective.
+
+    Of a torpedo whose planes lag, a pitch rate had the noise of four steps before, and the fit was 115 nats behind that
+    of a dead time; with its own it is 20 behind.
+    """
+    try:
+        optimum = likelihood.solve(sizes, effects)
+    except np.linalg.LinAlgError:
+        return sizes, -math.inf
+    residuals = at.errors + at.shared @ optimum.shared
+    residuals += np.einsum("nl,nl->n", at.local, optimum.local[problem.trial_of])
+    return maximise(
+        OfSizes(likelihood, effects, known), sizes, problem.settings, channels=channels, shapes=False, sweeps=1,
+        proposals=proposed_shapes(problem, residuals),
+    )  # fmt: skip
 
 
 def fit_at(
