@@ -26,6 +26,9 @@ ALONG, ACROSS, CROSS = 0.65, 0.85, 0.40
 REACH = 3.0
 """m: depth in which the square of a wave's motion falls to 1/e, for waves of 5 s [L: exp(-2 k z)]."""
 
+RIPPLE = 1e-4
+"""m2: H_s^2 of waves of a centimetre, below which a drift force has no moment by its angle, so that no sea has a slope."""
+
 
 class WindShape(NamedTuple):
     """How the air's force on a vehicle differs from that on the published loaded cargo ship; by default not at all.
@@ -156,20 +159,21 @@ class WaveDrift(Effect):
     """Mean second-order force of waves that run towards (north, east); these are the components of H_s^2.
 
     A steady force fixed to the earth. Where it acts along the hull, and the force along over that across, depend on
-    the waves' length and are free under priors.
+    the waves' length and are free under priors. Short waves, reflected where they meet the waterline, push on a hull
+    with round ends before its middle in a head sea and behind it in a following one, as wind does.
     """
 
     name = "wave_drift"
     title = "mean drift force of waves"
     cause = "environment.force_fixed_to_earth.wave_drift"
     number = 29
-    equation = "X = ratio rho g B h_x / 16, Y = rho g L h_y / 16, N = lever L Y, h = R(psi)^T (north, east)"
+    equation = (
+        "X = ratio rho g B h_x / 16, Y = rho g L h_y / 16, N = (lever + slope gamma) L Y, h = R(psi)^T (north, east)"
+    )
     source = "[L] Maruo's bound for a reflecting side, rho g a^2 / 2 a metre; [S] catalogue: H_s 0.2 to 4 m"
     acts_on = ("surge", "sway", "yaw")
     confused_with = ("wind", "current", "drag_increase")
-    distinguished_by = (
-        "its moment does not change with the angle as that of wind; from a current: drift through the water"
-    )
+    distinguished_by = "wind pushes the harder the faster the vehicle meets it; from a current: drift through the water"
     needs_states = ("u", "v", "psi", "r")
     needs_vehicle = ("dimensions",)
     parameters = (
@@ -188,6 +192,16 @@ class WaveDrift(Effect):
             source=_SHAPE,
             description="surge / that bound, ln",
         ),
+        Parameter(
+            "yaw_slope",
+            0.12,
+            "1/rad",
+            -0.3,
+            0.6,
+            prior=Prior(0.12, 0.08),
+            source="[L] Maruo's reflection; [V] summed along superelliptic waterlines: 0.06 to 0.2; [S] deviation",
+            description="of the lever over the angle at which the waves come, less a right angle",
+        ),
     )
     null: Mapping[str, float] = {"north": 0.0, "east": 0.0}
     direction = ("north", "east")
@@ -201,7 +215,8 @@ class WaveDrift(Effect):
         pressure = d.rho * G / 16.0
         Y = pressure * d.length * across
         X = math.exp(q.ln_x_ratio) * pressure * d.breadth * along
-        return e._replace(X=e.X + X, Y=e.Y + Y, N=e.N + q.lever * d.length * Y)
+        lever = q.lever - q.yaw_slope * math.atan2(along, math.sqrt(across * across + RIPPLE * RIPPLE))
+        return e._replace(X=e.X + X, Y=e.Y + Y, N=e.N + lever * d.length * Y)
 
 
 class WaveDriftVertical(Effect):
