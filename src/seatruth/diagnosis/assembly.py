@@ -35,7 +35,7 @@ from seatruth.diagnosis.sections import recorded
 from seatruth.diagnosis.sentences import verdict_sentence
 from seatruth.diagnosis.size_errors import is_sure, size_errors
 from seatruth.diagnosis.sizes import is_no_noise
-from seatruth.diagnosis.sizes_in_words import effect_in_words, furthest
+from seatruth.diagnosis.sizes_in_words import effect_in_words, furthest, prior_deviations
 from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis, NamedCause, Verdict
 from seatruth.diagnosis.withdrawals import (
     without_disputed,
@@ -88,8 +88,11 @@ class Assembly:
     @cached_property
     def _form(self) -> Key:
         """Terms of the leading set that another form of the model shows as well: the answer stands beside them."""
-        first = posterior.leading(posterior.answers(self._weighed), self.problem.effects)
-        return forms_in(first, self.problem.effects)
+        return forms_in(self._leading, self.problem.effects)
+
+    @cached_property
+    def _leading(self) -> Key:
+        return posterior.leading(posterior.answers(self._weighed), self.problem.effects)
 
     @cached_property
     def hypotheses(self) -> list[Hypothesis]:
@@ -162,7 +165,8 @@ class Assembly:
         left = without_untried(left, found, effects, self._validated, forces=self.problem.discrepancy is not None)
         if gap.strays and left.shown == said.shown:
             left = without_negligible(left, found, effects, self._validated, gap, self.settings)
-        fit, asked = self.search.beside(left.shown, self._form), tuple(sorted({*left.shown, *self._form}))
+        asked = self.search.with_what_moves(left.shown, self._form, self._leading)
+        fit = self.search.beside(left.shown, asked)
         sure = [name for name in left.shown if fit is None or is_sure(self.problem, fit, name)]
         left = without_disputed(left, found, effects, sure, self._validated)
         if not self._noise_is_motion or not left.shown:
@@ -188,8 +192,7 @@ class Assembly:
         """Whether an effect of a set has a size that can be told from none, and predicts trials left out."""
         fit = self.search.best(key)
         if fit is None:
-            sets = posterior.answers(self._weighed)
-            whole = self.search.best(posterior.leading(sets, self.problem.effects))
+            whole = self.search.best(self._leading)
             fit = None if whole is None else ensure(self.search, key, whole)
         if fit is None or fit.significance(self.problem, name) < self.settings.least_noncentrality:
             return False
@@ -361,13 +364,10 @@ class Assembly:
                     share=self.gap.share(name) if name in key else math.nan,
                     predictive_gain=float(gains.sum()) if len(gains) else math.nan,
                     predictive_gain_lower=lower_bound(gains, self.settings.significance),
-                    prior_deviations=self._prior_deviations(parameters),
+                    prior_deviations=prior_deviations(parameters),
                 )
             )
         return tuple(rows)
-
-    def _prior_deviations(self, parameters: tuple[EffectParameter, ...]) -> float:
-        return max((abs(q.value - q.null) / q.prior_sd for q in parameters if q.prior_sd > 0.0), default=0.0)
 
     def _named(self, cluster: Cluster) -> NamedCause:
         name = cluster.member_in(self.decision.shown)
@@ -381,7 +381,7 @@ class Assembly:
             in_words=effect_in_words(effect, self.study.model, parameters),
             share=share,
             small=share < self.settings.small_share and not is_certain_error(cluster, self.gap.typical_sizes(name)),
-            implausible=self._prior_deviations(parameters) > self.settings.implausible,
+            implausible=prior_deviations(parameters) > self.settings.implausible,
             beyond=furthest(effect, parameters),
             direction=common_direction([self._parameters(n) for n in cluster.effects]),
         )

@@ -13,6 +13,7 @@ from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.sizes import NoisePrior
+from seatruth.effects.each_trial import follows_each_trial
 from seatruth.storage.checkpoint import Checkpoint
 
 T = TypeVar("T")
@@ -80,6 +81,16 @@ class Search:
         """
         found = [fit for fit in (self.best(effects), self.best({*effects, *form})) if fit is not None]
         return max(found, key=lambda fit: fit.evidence, default=None)
+
+    def with_what_moves(self, key: Key, form: Key, leading: Key) -> Key:
+        """A set beside terms of another form, and beside the waves of the leading set where it was fitted with them.
+
+        Waves move the vehicle whether they are worth naming or not. Of a boat in a short sea a compass that was 4 deg
+        off predicted each trial better beside them, and without them not all.
+        """
+        plain = {*key, *form}
+        waves = {name for name in leading if follows_each_trial(self.problem.effects[name])}
+        return tuple(sorted(plain | waves if self.best(plain | waves) is not None else plain))
 
     def sets(self) -> list[Fit]:
         """The better fit of each set, the one of highest evidence first."""

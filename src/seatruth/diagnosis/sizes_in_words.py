@@ -96,6 +96,11 @@ def _rate_in_words(
     return words if math.isinf(stated) else f"{words} in place of {factor * stated:.3g} {shown}/s"
 
 
+def prior_deviations(parameters: Sequence[EffectParameter]) -> float:
+    """The largest distance of an effect's parameters from their null, in deviations of what is believed of them."""
+    return max((abs(q.value - q.null) / q.prior_sd for q in parameters if q.prior_sd > 0.0), default=0.0)
+
+
 def furthest(effect: Effect, parameters: Sequence[EffectParameter]) -> str:
     """What of an effect is furthest from what is believed of it: its size, or a parameter of its form in words."""
     far = max(parameters, key=lambda q: abs(q.value - q.null) / q.prior_sd if q.prior_sd > 0.0 else 0.0, default=None)
