@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -15,22 +16,22 @@ from seatruth.models import load_model
 NAMES = ("rudder_rate_limit", "rudder_lag", "rudder_delay", "rudder_offset", "current", "trial_current")
 
 
-def searched(evidence: dict[Key, float]) -> Search:
+def searched(evidence: dict[Key, float], names: Sequence[str] = NAMES) -> Search:
     """A search whose sets were fitted with forces, each effect with one parameter, 1 where it acts."""
     fits = {
         (key, True): SimpleNamespace(
             effects=key,
             discrepancy=True,
             evidence=value,
-            point=SimpleNamespace(shared=np.array([float(name in key) for name in NAMES]), initial=None, forces=None),
+            point=SimpleNamespace(shared=np.array([float(name in key) for name in names]), initial=None, forces=None),
             sizes=None,
         )
         for key, value in evidence.items()
     }
-    ends = np.full(len(NAMES), 9.0)
-    columns = {name: np.array([k]) for k, name in enumerate(NAMES)}
+    ends = np.full(len(names), 9.0)
+    columns = {name: np.array([k]) for k, name in enumerate(names)}
     problem = SimpleNamespace(
-        effects={name: available()[name] for name in NAMES}, settings=Settings(), columns=columns, mean=0.0 * ends,
+        effects={name: available()[name] for name in names}, settings=Settings(), columns=columns, mean=0.0 * ends,
         low=-ends, high=ends, study=SimpleNamespace(model=load_model("mmg")),
     )  # fmt: skip
     return Search(cast(Any, problem), cast(Any, None), fits=cast(Any, fits))
