@@ -27,7 +27,7 @@ REACH = 3.0
 """m: depth in which the square of a wave's motion falls to 1/e, for waves of 5 s [L: exp(-2 k z)]."""
 
 RIPPLE = 1e-4
-"""m2: H_s^2 of a centimetre, below which a drift force has no moment by its angle, so that it has a slope at none. [S]"""
+"""m2: H_s^2 of a centimetre, below which a drift force has no moment by its angle, so that it is smooth there. [S]"""
 
 
 class WindShape(NamedTuple):
