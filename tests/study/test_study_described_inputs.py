@@ -96,6 +96,12 @@ def test_sides_tell_drives_and_a_share_is_no_speed_of_revolution() -> None:
     assert "'Throttle_port' may be meant for 'n_port', which the model takes in rev/s" in shares.notes(ship.inputs)[0]
 
 
+def test_a_part_of_full_speed_is_told_its_scale() -> None:
+    ship = load_model("twin_thruster")
+    (note, *_) = described_inputs({"Thr_Port_pct": 50.0 * WAVE}, ship.inputs, ship).notes(ship.inputs)
+    assert 'n_port = { column = "Thr_Port_pct", unit = "rev/s", scale = 0.2 }' in note  # 100 % of 1200 rpm is 20 rev/s
+
+
 def test_init_takes_it_and_asks_for_the_rest() -> None:
     columns = {"t": np.arange(200.0), "Steer_deg": 20.0 * WAVE, "Throttle_pct": 50.0 + WAVE, "r": WAVE, "u": WAVE}
     table = Table("log.csv", {name: pd.Series(values) for name, values in columns.items()}, {})
@@ -103,8 +109,8 @@ def test_init_takes_it_and_asks_for_the_rest() -> None:
     assert 'delta = { column = "Steer_deg", unit = "deg" }   # unit from the header; taken by its words' in text
     assert notes[:2] == [
         "No column was recognised for the input 'n': name it in [channels].",
-        "The column 'Throttle_pct' may be meant for 'n', which the model takes in rev/s: that column is not. Let the "
-        "model take what was recorded, or name another column.",
+        "The column 'Throttle_pct' may be meant for 'n', which the model takes in rev/s: that column is not. Where "
+        '100 % is 1200 rpm, write n = { column = "Throttle_pct", unit = "rev/s", scale = 0.2 }; or name another column.',
     ]
     taken, _ = template("log.csv", Log("log.csv", {"": table}), Boat(), "boat.py:Boat")
     assert 'c = { column = "Throttle_pct", unit = "percent" }' in taken

@@ -111,11 +111,21 @@ class Described:
                 unit = "without a unit" if channel.unit == "1" else f"in {channel.unit}"
                 said.append(
                     f"The column {listing} may be meant for {channel.name!r}, which the model takes {unit}: that "
-                    "column is not. Let the model take what was recorded, or name another column."
+                    f"column is not. {_scaled(columns[0], channel)}"
                 )
             elif columns:
                 said.append(f"The columns {listing} may all be meant for {channel.name!r}.")
         return said
+
+
+def _scaled(column: str, channel: Channel) -> str:
+    """What to do with a column of another unit; a part of a largest speed has a scale that the user knows."""
+    if channel.unit == "rev/s" and split_header(column)[1] in ("percent", "%"):
+        return (
+            f'Where 100 % is 1200 rpm, write {channel.name} = {{ column = "{column}", unit = "rev/s", scale = 0.2 }}; '
+            "or name another column."
+        )
+    return "Let the model take what was recorded, or name another column."
 
 
 def described_inputs(
