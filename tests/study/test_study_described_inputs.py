@@ -110,7 +110,8 @@ def test_init_takes_it_and_asks_for_the_rest() -> None:
     assert notes[:2] == [
         "No column was recognised for the input 'n': name it in [channels].",
         "The column 'Throttle_pct' may be meant for 'n', which the model takes in rev/s: that column is not. Where "
-        '100 % is 1200 rpm, write n = { column = "Throttle_pct", unit = "rev/s", scale = 0.2 }; or name another column.',
+        '100 % is 1200 rpm, write n = { column = "Throttle_pct", unit = "rev/s", scale = 0.2 }; or '
+        "name another column.",
     ]
     taken, _ = template("log.csv", Log("log.csv", {"": table}), Boat(), "boat.py:Boat")
     assert 'c = { column = "Throttle_pct", unit = "percent" }' in taken
