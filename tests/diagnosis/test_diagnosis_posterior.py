@@ -145,9 +145,18 @@ def test_prior_probabilities_of_all_sets_sum_to_one() -> None:
     names = list(EFFECTS)
     total = 0.0
     for size in range(4):
-        for key in itertools.combinations(names, size):
-            total += sum(math.exp(posterior.log_prior(key, on, len(names), SETTINGS)) for on in (False, True))
+        for _ in itertools.combinations(names, size):
+            total += sum(math.exp(posterior.log_prior(size, on, len(names), SETTINGS)) for on in (False, True))
     assert total == pytest.approx(1.0)
+
+
+def test_the_drift_of_waves_that_act_is_no_further_cause() -> None:
+    """Without that a current in a sea was named 8 deg off, as it is beside the waves without their drift."""
+    effects = available()
+    assert posterior.causes_in(("current", "wave_drift", "wave_forces"), effects) == 2
+    assert posterior.causes_in(("current", "wave_drift"), effects) == 2
+    assert posterior.causes_in(("wave_drift",), effects) == posterior.causes_in(("wave_forces",), effects) == 1
+    assert posterior.causes_in((), effects) == 0
 
 
 def test_effects_that_were_only_screened_keep_their_share() -> None:
@@ -168,7 +177,9 @@ def test_an_impossible_screen_is_left_out() -> None:
 def test_what_acts_wholly_or_not_at_all_is_weighed_as_fitted_alone() -> None:
     """A few per cent of an exchange of two thrusters, linearized, led beside a model of another form (54 %)."""
     name = "thrusters_exchanged_port_starboard"
-    whole = SimpleNamespace(wholly=True, cause="actuator.propulsion.arrangement", acts_on=("actuator:port",))
+    whole = SimpleNamespace(
+        comes_with=(), wholly=True, cause="actuator.propulsion.arrangement", acts_on=("actuator:port",)
+    )
     found = searched(FITS, {((name,), True): -80.0})
     found.problem.effects[name] = whole
     assert all(name not in one.effects for one in posterior.hypotheses(found, SETTINGS))

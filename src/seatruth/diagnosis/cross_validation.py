@@ -24,7 +24,7 @@ from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure, without_forces
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.parts import Fold, Validation
-from seatruth.diagnosis.posterior import counted, log_prior
+from seatruth.diagnosis.posterior import causes_in, counted, log_prior
 from seatruth.diagnosis.prediction_errors import PredictionErrors, Simulated, noise_deviation
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.reported_sizes import with_reported_sizes
@@ -269,5 +269,5 @@ def _selected(search: Search, trials: Sequence[int]) -> Key:
     gains = np.array([fit.likelihood.evidence(fit.sizes, fit.effects, trials) - fit.price for fit in found])
     alone = [gain for (key, _), gain in zip(keys, gains) if not key]
     weight = counted(search, gains, [key for key, _ in keys], float(max(alone)))
-    weight += [log_prior(key, on, many, settings) for key, on in keys]
+    weight += [log_prior(causes_in(key, search.problem.effects), on, many, settings) for key, on in keys]
     return max(zip(weight.tolist(), gains.tolist(), (key for key, _ in keys)))[2]

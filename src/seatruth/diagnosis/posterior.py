@@ -49,7 +49,7 @@ def hypotheses(search: Search, settings: Settings) -> list[Hypothesis]:
         and not any(search.problem.effects[name].wholly for name in key)
     ]
     many = len(search.problem.effects)
-    priors = [log_prior(key, on, many, settings) for key, on, *_ in rows]
+    priors = [log_prior(causes_in(key, search.problem.effects), on, many, settings) for key, on, *_ in rows]
     gains = np.array([gain for _, _, gain, *_ in rows])
     weight = counted(search, gains, [key for key, *_ in rows], explained_from(search) - base) + priors
     weight = np.exp(weight - weight.max())
@@ -156,13 +156,25 @@ def _leader(search: Search) -> Fit:
     return max(search.fits.values(), key=lambda fit: fit.evidence)
 
 
-def log_prior(key: Key, discrepancy: bool, many: int, settings: Settings) -> float:
-    """Logarithm of a hypothesis' prior probability, of so many effects that can act."""
-    if not key:
+def causes_in(key: Key, effects: Mapping[str, Effect]) -> int:
+    """How many causes a set of effects is: what comes with another of them has no cause of its own.
+
+    Example:
+        >>> from seatruth.effects import available
+        >>> causes_in(("current", "wave_drift", "wave_forces"), available())
+        2
+    """
+    with_another = {other for name in key for other in effects[name].comes_with}
+    return len(set(key) - with_another)
+
+
+def log_prior(causes: int, discrepancy: bool, many: int, settings: Settings) -> float:
+    """Logarithm of a hypothesis' prior probability, of so many causes among so many effects that can act."""
+    if not causes:
         return math.log(settings.prior_unknown if discrepancy else settings.prior_none)
-    share = settings.prior_sets[min(len(key), len(settings.prior_sets)) - 1]
+    share = settings.prior_sets[min(causes, len(settings.prior_sets)) - 1]
     beside = settings.prior_discrepancy if discrepancy else 1.0 - settings.prior_discrepancy
-    return math.log(share * beside / max(1, math.comb(many, len(key))))
+    return math.log(share * beside / max(1, math.comb(many, causes)))
 
 
 def answers(found: Iterable[Hypothesis]) -> dict[Key, float]:

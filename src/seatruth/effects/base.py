@@ -128,6 +128,8 @@ class Effect:
     """Effects from which only some trials can distinguish it."""
     distinguished_by: str = ""
     """What distinguishes it from those."""
+    comes_with: tuple[str, ...] = ()
+    """Effects of the same origin: where it acts, they are to be expected, and are no further cause."""
     typical_by_kind: ClassVar[Mapping[str, Mapping[str, float]]] = {}
     """Typical distance of a magnitude from null by kind of vehicle, where it is not that of `parameters`."""
     froude: ClassVar[Mapping[str, float]] = {}

@@ -175,7 +175,7 @@ class GyroBias(Effect):
     """The yaw rate gyro has a constant offset."""
 
     name = "gyro_bias"
-    title = "yaw gyro bias"
+    title = "yaw rate bias"
     cause = "sensor.bias_or_scale.rate"
     number = 7
     equation = "r_m = r + b"
@@ -196,7 +196,7 @@ class PitchGyroBias(GyroBias):
     """The pitch rate gyro has a constant offset."""
 
     name = "pitch_gyro_bias"
-    title = "pitch gyro bias"
+    title = "pitch rate bias"
     equation = "q_m = q + b"
     confused_with = ("plane_offset", "trim")
     distinguished_by = "a real turn shows in the pitch angle too"

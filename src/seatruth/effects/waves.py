@@ -42,6 +42,7 @@ class WaveForces(Effect):
     distinguished_by = (
         "a narrow band whose frequency moves with course and speed; limit cycles and sloshing keep theirs"
     )
+    comes_with = ("wave_drift", "wave_drift_vertical")  # each sea has both, drift of second order
     needs_states = ("u", "v", "psi", "r", "x", "y")
     needs_vehicle = ("dimensions",)
     stochastic = True
