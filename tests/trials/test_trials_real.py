@@ -38,6 +38,8 @@ def test_good_ships_raise_no_false_alarm(folder: str, count: int) -> None:
     assert {f.trial for f in found if f.code == "clock-offset"} <= {t.name for t in trials if "berthing" in t.name}
     true = {"held", "jumps", "outliers", "quantised-part", "input-jumps", "lever-arm", "heading-coverage"}
     true |= {"clock-offset"}
+    if folder == "kvlcc2_marin":
+        true |= {"psi-r-offset"}  # in the two zigzags of 20 deg r shows 0.036 and 0.040 deg/s too much
     assert {f.code for f in found} <= true
     if folder == "kvlcc2_hsva":
         assert [f for f in found if f.severity == "warning"] == []

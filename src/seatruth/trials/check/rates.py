@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -65,7 +66,7 @@ def _angle_against_rate(trial: Trial, angle: str, rate: str) -> Iterator[Finding
     in_degrees = bool(turning.any()) and float(np.median(np.abs(change[turning]) / np.abs(expected[turning]))) > 20.0
     half_turn = 180.0 if in_degrees else np.pi
     quiet = np.abs(change) < half_turn  # a window with the jump of a wrapped angle has no meaning
-    change, expected = change[quiet], expected[quiet]
+    change, expected, seconds = change[quiet], expected[quiet], w.seconds[quiet]
     if change.size < limits.MIN_WINDOWS or min(rms(change), rms(expected)) == 0.0:
         return
     if max(rms(change), rms(expected)) < limits.ROTATION_NEEDED:
@@ -153,6 +154,30 @@ def _angle_against_rate(trial: Trial, angle: str, rate: str) -> Iterator[Finding
                 + (" Within a part of a turn the deviation of a compass shows the same." if angle == "psi" else ""),
                 channel=rate,
             )
+            return
+    yield from _offset(trial, angle, rate, change, expected, seconds)
+
+
+def _offset(trial: Trial, angle: str, rate: str, change: Array, expected: Array, seconds: Array) -> Iterator[Finding]:
+    """What a rate shows too much all the time, beside a factor: both change with the windows' (w,) in another way."""
+    A = np.stack([expected, seconds], axis=1)
+    fitted, *_ = np.linalg.lstsq(A, change, rcond=None)
+    drift, left = float(fitted[1]), change - A @ fitted
+    variance = float(left @ left) / max(change.size - 2, 1) * np.linalg.pinv(A.T @ A)[1, 1]
+    whole = abs(drift) * float(seconds.sum())
+    if whole < limits.HEADING_OFF or abs(drift) < limits.SIGNIFICANT * math.sqrt(variance):
+        return
+    degrees, error = float(np.degrees(-drift)), float(np.degrees(math.sqrt(variance)))
+    yield make_finding(
+        trial,
+        "note",
+        f"{angle}-{rate}-offset",
+        f"{rate} shows {abs(degrees):.2g} deg/s too {'much' if degrees > 0.0 else 'little'} (standard error "
+        f"{error:.1g}): its integral leaves {angle} by {np.degrees(whole):.2g} deg over {seconds.sum():.3g} s.",
+        f"Take off what {rate} shows at rest (`offset` in its channel), or leave it to `seatruth diagnose`, which has "
+        "the bias of a rate among its effects.",
+        channel=rate,
+    )
 
 
 def _clock(trial: Trial, angle: str, rate: str, lag: Lag) -> Finding:
