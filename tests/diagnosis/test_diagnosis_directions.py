@@ -13,6 +13,7 @@ import pytest
 
 from seatruth.diagnosis import directions
 from seatruth.diagnosis.directions import Tried, fit_directions
+from seatruth.diagnosis.fit import fit_at, without_discrepancy
 from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.hypothesis_fits import fit_null, fit_once
 from seatruth.diagnosis.initial_guess import moved_to
@@ -21,6 +22,7 @@ from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.sizes import noise_prior
 from seatruth.effects import load_effects
 from seatruth.effects.environment import Current, with_current
+from seatruth.models.parameter import Parameter, Prior
 
 
 class Squall(Current):
@@ -38,16 +40,34 @@ class Squall(Current):
         return with_current(e, s, size * q.north, size * q.east)
 
 
+class Sea(Current):
+    """What a squall comes with, of a direction that is known; it hardly moves the boat itself."""
+
+    name = "sea"
+    title = "sea"
+    comes_with = ("squall",)
+    direction = ()
+    parameters = (
+        Parameter("a", 0.1, "m/s", -1.0, 1.0, source="test"),
+        Parameter("towards", 2.6, "rad", -7.0, 7.0, prior=Prior(2.6, 0.05), source="test"),
+    )
+    null: Mapping[str, float] = {"a": 0.0}
+
+    @staticmethod
+    def current(e: Any, s: Any, i: Any, p: Any, q: Any) -> Any:
+        return with_current(e, s, 1e-3 * q.a * math.cos(q.towards), 1e-3 * q.a * math.sin(q.towards))
+
+
 TRUE = {"squall_north": -0.5, "squall_east": 0.3}
 
 
 @pytest.fixture(scope="module")
 def found() -> Search:
     """A squall acts; the current that looks like it is fitted, and it is not."""
-    squall = Squall()
+    squall, sea = Squall(), Sea()
     inputs = [{"delta": boat.zigzag(120, angle, 20.0)} for angle in (0.2, 0.1, 0.3)]
     runs = boat.trials(boat.Boat(), inputs, headings=(0.0, 1.5, 3.0), effects=TRUE, specs=[squall])
-    problem = Problem(boat.study(boat.Boat(), runs), [*load_effects(["current"]), squall], Settings(), threads=1)
+    problem = Problem(boat.study(boat.Boat(), runs), [*load_effects(["current"]), squall, sea], Settings(), threads=1)
     search = Search(problem, noise_prior(problem))
     fit_null(search)
     near = search.null
@@ -55,6 +75,20 @@ def found() -> Search:
         at_current = moved_to(problem, near.point, "current", np.array([-0.25, 0.15]))
         fit_once(search, ("current",), on, at_current, near.sizes)
     return search
+
+
+def test_what_comes_with_waves_begins_where_they_run_to(found: Search) -> None:
+    """A set that ended elsewhere, here with no squall at all, is fitted anew along the sea that acts in it."""
+    search, key = replace(found, fits=dict(found.fits)), ("sea", "squall")
+    beside = moved_to(search.problem, search.null.point, "sea", np.array([0.1, 2.6]))
+    bare, sizes = without_discrepancy(search.problem, beside), search.null.sizes.without_discrepancy()
+    elsewhere = fit_at(search.problem, key, bare, sizes, search.known, discrepancy=False, settled=True)
+    search.fits[key, False] = elsewhere
+    tried: Tried = {}
+    fit_directions(search, [elsewhere], tried)
+    columns = search.problem.columns["squall"]
+    assert search.fits[key, False].point.shared[columns] == pytest.approx([-0.5, 0.3], abs=0.03)
+    assert [n for *_, drift, n in tried if drift == n] == ["squall"]
 
 
 def test_what_looks_alike_begins_along_the_direction_that_was_found(found: Search) -> None:

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search
 from seatruth.diagnosis.hypothesis_fits import fit_once, started
@@ -36,11 +37,12 @@ Tried = dict[tuple[Key, bool, str, str], list[float]]
 def fit_directions(found: Search, leaders: Sequence[Fit], tried: Tried) -> None:
     """Fits these sets with each effect that has a direction replaced by each that is confused with it.
 
-    `tried` says what was fitted so before; these ones join it.
+    What comes with waves begins along these. `tried` says what was fitted so before; these ones join it.
     """
     for leader in leaders:
         if found.bare and leader.discrepancy:
             continue  # forces of a black box, which bring nothing beside it
+        _fit_along_waves(found, leader, tried)
         for name in leader.effects:
             for other in _confused(found, leader, name):
                 before = tried.setdefault((leader.effects, leader.discrepancy, name, other), [])
@@ -48,11 +50,37 @@ def fit_directions(found: Search, leaders: Sequence[Fit], tried: Tried) -> None:
                     continue
                 before.append(leader.evidence)
                 key = tuple(sorted((*(n for n in leader.effects if n != name), other)))
-                start = _in_its_place(found, leader, name, other)
+                shown = np.array([leader.point.shared[k] for k in _components(found, name)])
+                start = _in_its_place(found, leader, name, other, shown)
                 if start is not None and _hopeful(found, leader, key, start):
                     words = f"along the direction of {name} in {'+'.join(leader.effects)}"
                     words += f", {len(before)}" if len(before) > 1 else ""
                     fit_once(found, key, leader.discrepancy, start, leader.sizes, attempt=words, rival=leader.evidence)
+
+
+def _fit_along_waves(found: Search, leader: Fit, tried: Tried) -> None:
+    """Fits a set in which waves act anew, with their drift where they run to.
+
+    Beside a current the drift of a sea ended at another optimum, 90 deg from its waves, whose direction was known to a
+    degree.
+    """
+    problem = found.problem
+    for name in leader.effects:
+        order = [q.name for q in problem.effects[name].parameters]
+        drift = next((n for n in problem.effects[name].comes_with if n in leader.effects), None)
+        if drift is None or "towards" not in order or not problem.effects[drift].direction:
+            continue
+        before = tried.setdefault((leader.effects, leader.discrepancy, drift, drift), [])
+        if before and leader.evidence < before[-1] + _BETTER:
+            continue
+        before.append(leader.evidence)
+        towards = leader.point.shared[problem.columns[name][order.index("towards")]]
+        start = _in_its_place(found, leader, drift, drift, np.array([np.cos(towards), np.sin(towards)]))
+        if start is not None:
+            words = f"{drift} along {name}, {len(before)}"
+            fit_once(
+                found, leader.effects, leader.discrepancy, start, leader.sizes, attempt=words, rival=leader.evidence
+            )
 
 
 def _hopeful(found: Search, leader: Fit, key: Key, start: Point) -> bool:
@@ -79,10 +107,12 @@ def _confused(found: Search, leader: Fit, name: str) -> list[str]:
     return [other.name for other in effects.values() if alike(other)] if one.direction and not one.each_trial else []
 
 
-def _in_its_place(found: Search, leader: Fit, name: str, other: str) -> Point | None:
-    """The point of a fit with one effect replaced; None where it shows no direction, or the model diverges there."""
+def _in_its_place(found: Search, leader: Fit, name: str, other: str, shown: Array) -> Point | None:
+    """The point of a fit with one effect replaced by one along a direction; None where the model diverges there.
+
+    `shown` (2,) are the components of that direction, north and east; None as well where both are 0.
+    """
     problem = found.problem
-    shown = np.array([leader.point.shared[k] for k in _components(found, name)])
     if not shown.any():
         return None
     own = problem.columns[name]
