@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -127,6 +128,16 @@ def test_trials_that_hardly_show_the_gap_do_not_bound_what_is_explained() -> Non
     assert (found.lower, found.upper) == (-math.inf, math.inf)
     assert ends_in_words(found) == "these trials do not bound it; the error falls in 1 of 3"
     assert not shrinks_surely(found)
+
+
+@pytest.mark.parametrize(("count", "surely"), [(7, True), (5, False)])
+def test_an_error_that_falls_in_each_of_enough_trials_falls_surely(count: int, surely: bool) -> None:
+    """Without its offset rudder a ship under an autopilot is missed by far in one trial, which leaves no bound."""
+    errors = [1200.0, 30.0, 40.0, 40.0, 110.0, 50.0, 30.0][:count]
+    found = replace(summary(folds(errors, [1.5] * count), MANY), lower=-0.4, upper=2.4)
+    assert shrinks_surely(found) == surely
+    rises = replace(found, folds=(*found.folds[1:], *folds([1.2], [1.5])))
+    assert not shrinks_surely(rises)
 
 
 def test_an_interval_that_says_nothing_is_not_printed() -> None:
