@@ -62,7 +62,7 @@ def _fit_along_waves(found: Search, leader: Fit, tried: Tried) -> None:
     """Fits a set in which waves act anew, with their drift where they run to.
 
     Beside a current the drift of a sea ended at another optimum, 90 deg from its waves, whose direction was known to a
-    degree.
+    degree; begun along them it has 145 nats more.
     """
     problem = found.problem
     for name in leader.effects:
@@ -75,7 +75,8 @@ def _fit_along_waves(found: Search, leader: Fit, tried: Tried) -> None:
             continue
         before.append(leader.evidence)
         towards = leader.point.shared[problem.columns[name][order.index("towards")]]
-        start = _in_its_place(found, leader, drift, drift, np.array([np.cos(towards), np.sin(towards)]))
+        # Of its usual size: what is small ends where it was, since a current takes up what it does to the motion.
+        start = _in_its_place(found, leader, drift, drift, np.array([np.cos(towards), np.sin(towards)]), (1.0,))
         if start is not None:
             words = f"{drift} along {name}, {len(before)}"
             fit_once(
@@ -107,10 +108,13 @@ def _confused(found: Search, leader: Fit, name: str) -> list[str]:
     return [other.name for other in effects.values() if alike(other)] if one.direction and not one.each_trial else []
 
 
-def _in_its_place(found: Search, leader: Fit, name: str, other: str, shown: Array) -> Point | None:
+def _in_its_place(
+    found: Search, leader: Fit, name: str, other: str, shown: Array, parts: Sequence[float] = _PARTS
+) -> Point | None:
     """The point of a fit with one effect replaced by one along a direction; None where the model diverges there.
 
-    `shown` (2,) are the components of that direction, north and east; None as well where both are 0.
+    `shown` (2,) are the components of that direction, north and east; None as well where both are 0. Of `parts` of the
+    typical size, that is taken which leaves least to missing forces.
     """
     problem = found.problem
     if not shown.any():
@@ -125,7 +129,7 @@ def _in_its_place(found: Search, leader: Fit, name: str, other: str, shown: Arra
     typical = float(np.mean(problem.sd[places])) / problem.settings.prior_width**power
     rest = [n for n in leader.effects if n != name]
     best: tuple[float, Point] | None = None
-    for part in _PARTS:
+    for part in parts:
         values = problem.mean[columns].copy()
         values[[columns.index(k) for k in places]] = part**power * typical * shown / np.linalg.norm(shown)
         point = started(problem, replace(leader, point=bare), other, values)
