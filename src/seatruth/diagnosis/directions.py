@@ -25,8 +25,6 @@ from seatruth.effects import Effect
 
 _PARTS = (1 / 64, 1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0, 2.0, 4.0)
 """Sizes from which an effect is tried, over its typical one. [S]"""
-
-
 _BETTER = 1.0
 """nats by which a set must have risen for what looks like it to be fitted from it again. [S] Between look-alikes a nat
 decides, and of a ship on a pond the drift of waves had gained four late in the search."""
@@ -62,7 +60,7 @@ def _fit_along_waves(found: Search, leader: Fit, tried: Tried) -> None:
     """Fits a set in which waves act anew, with their drift where they run to.
 
     Beside a current the drift of a sea ended at another optimum, 90 deg from its waves, whose direction was known to a
-    degree; begun along them it has 145 nats more.
+    degree; begun along them it has, among three effects, 145 nats more.
     """
     problem = found.problem
     for name in leader.effects:
