@@ -33,7 +33,7 @@ from scipy.special import expit, logit
 
 from seatruth.diagnosis import Settings
 from seatruth.diagnosis.posterior import errors_of_sensors
-from seatruth.diagnosis.tempering import beyond_the_form, form_limit, sensors_alone, tempered
+from seatruth.diagnosis.tempering import beyond_the_form, errors_beside_forces, form_limit, sensors_alone, tempered
 from seatruth.effects import available
 from seatruth.errors import BadInput
 from withheld.names import UNKNOWN
@@ -99,6 +99,8 @@ class Case:
     """nats: what the best one explains, what forces alone explain of it, and what they add to it."""
     by_sensors: tuple[Array, NDArray[np.intp]] | None = None
     """What errors of sensors among the effects of each hypothesis explain by themselves, and how many they are."""
+    keys: tuple[tuple[str, ...], ...] = ()
+    """The effects of each hypothesis, as they were fitted."""
 
 
 def calibrate(
@@ -170,6 +172,7 @@ def table(truth: Mapping[str, Any], verdict: Mapping[str, Any]) -> Case:
             [tuple(row["effects"]) for row in rows],
             errors_of_sensors(available()),
         ),
+        tuple(tuple(row["effects"]) for row in rows),
     )
 
 
@@ -227,6 +230,10 @@ def posterior(case: Case, constants: Constants) -> Array:
     if case.apart is not None:
         limit = form_limit(*case.forces, constants.unseen_form)
         counts = beyond_the_form(counts, case.log_evidence, case.apart, limit, constants.temperature)
+    if case.keys:
+        on, sensors = case.discrepancy > 0.0, errors_of_sensors(available())
+        given = case.keys, on.tolist(), sensors, constants.unseen_form, constants.temperature
+        counts = errors_beside_forces(counts, case.log_evidence, *given)
     log = counts + case.log_prior + kind + case.discrepancy * beside
     weight = np.exp(log - log.max())
     return np.asarray(np.bincount(case.answer, weight, len(case.right)) / weight.sum())

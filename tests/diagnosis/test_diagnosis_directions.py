@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from seatruth.diagnosis import directions
-from seatruth.diagnosis.directions import Tried, fit_directions
+from seatruth.diagnosis.directions import fit_along_waves, fit_directions
 from seatruth.diagnosis.fit import fit_at, without_discrepancy
 from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.hypothesis_fits import fit_null, fit_once
@@ -79,21 +79,24 @@ def found() -> Search:
 
 def test_what_comes_with_waves_begins_where_they_run_to(found: Search) -> None:
     """A set that ended elsewhere, here with no squall at all, is fitted anew along the sea that acts in it."""
-    search, key = replace(found, fits=dict(found.fits)), ("sea", "squall")
+    search, key = replace(found, fits=dict(found.fits), replaced={}), ("sea", "squall")
     beside = moved_to(search.problem, search.null.point, "sea", np.array([0.1, 2.6]))
     bare, sizes = without_discrepancy(search.problem, beside), search.null.sizes.without_discrepancy()
     elsewhere = fit_at(search.problem, key, bare, sizes, search.known, discrepancy=False, settled=True)
     search.fits[key, False] = elsewhere
-    tried: Tried = {}
-    fit_directions(search, [elsewhere], tried)
+    fit_directions(search, [elsewhere])
     columns = search.problem.columns["squall"]
     assert search.fits[key, False].point.shared[columns] == pytest.approx([-0.5, 0.3], abs=0.03)
-    assert [n for *_, drift, n in tried if drift == n] == ["squall"]
+    assert [n for *_, drift, n in search.replaced if drift == n] == ["squall"]
+    # Along them already: nothing to begin anew.
+    search.replaced.clear()
+    fit_along_waves(search, search.fits[key, False])
+    assert not search.replaced
 
 
 def test_what_looks_alike_begins_along_the_direction_that_was_found(found: Search) -> None:
     assert not any("squall" in key for key, _ in found.fits)
-    fit_directions(found, [found.fits[("current",), False], found.fits[("current",), True]], {})
+    fit_directions(found, [found.fits[("current",), False], found.fits[("current",), True]])
     problem = found.problem
     for on in (False, True):
         fit, rival = found.fits[("squall",), on], found.fits[("current",), on]
@@ -106,7 +109,7 @@ def test_what_looks_alike_begins_along_the_direction_that_was_found(found: Searc
 
 def test_what_shows_no_direction_leads_nowhere(found: Search) -> None:
     fits = dict(found.fits)
-    fit_directions(found, [fit for (key, _), fit in fits.items() if not key], {})
+    fit_directions(found, [fit for (key, _), fit in fits.items() if not key])
     assert found.fits == fits
 
 
@@ -116,9 +119,9 @@ def test_what_looks_alike_is_asked_again_only_once_a_set_has_risen(
     asked: list[str] = []
     monkeypatch.setattr(directions, "fit_once", lambda *_, attempt, **__: asked.append(attempt))
     current = found.fits[("current",), False]
-    tried: Tried = {}
-    fit_directions(found, [current], tried)
-    fit_directions(found, [replace(current, evidence=current.evidence + 0.5)], tried)
+    found = replace(found, replaced={})
+    fit_directions(found, [current])
+    fit_directions(found, [replace(current, evidence=current.evidence + 0.5)])
     assert asked == ["along the direction of current in current"]
-    fit_directions(found, [replace(current, evidence=current.evidence + 4.0)], tried)
+    fit_directions(found, [replace(current, evidence=current.evidence + 4.0)])
     assert asked[1:] == ["along the direction of current in current, 2"]

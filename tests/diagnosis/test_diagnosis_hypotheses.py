@@ -17,11 +17,11 @@ def test_a_set_is_spoken_for_beside_the_terms_of_another_form_where_these_explai
     assert found.beside(("trial_current",), ("rudder_lag",)) is None
 
 
-def test_what_is_judged_stands_beside_the_waves_that_lead_where_it_was_fitted_with_them() -> None:
-    sets = {("current", "wave_forces"): 90.0, ("current", "rudder_lag"): 60.0}
-    found = searched(sets, ("current", "rudder_lag", "trial_current", "wave_forces"))
-    leading = ("current", "wave_forces")
-    assert found.with_what_moves(("current",), (), leading) == ("current", "wave_forces")
-    assert found.with_what_moves(("current",), (), ("current", "trial_current")) == ("current",)
-    # Never fitted beside the term of another form: without the waves, then.
-    assert found.with_what_moves(("current",), ("rudder_lag",), leading) == ("current", "rudder_lag")
+def test_a_set_is_spoken_for_beside_those_of_several_with_which_it_explains_most() -> None:
+    sets = {("current",): 70.0, ("current", "wave_forces"): 90.0, ("current", "rudder_lag"): 60.0}
+    found = searched(sets, ("current", "rudder_lag", "wave_forces"))
+    # Never fitted beside both.
+    for others in (("wave_forces",), ("rudder_lag", "wave_forces")):
+        fit = found.beside(("current",), others)
+        assert fit is not None
+        assert fit.effects == ("current", "wave_forces")

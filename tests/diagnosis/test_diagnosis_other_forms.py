@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from decided_by_hand import decided
 
-from seatruth.diagnosis.other_forms import ACTS, ACTS_ALONE, THRUST_ACTS, acting, with_other_forms
+from seatruth.diagnosis.other_forms import ACTS, ACTS_ALONE, THRUST_ACTS, acting, standing_beside, with_other_forms
 from seatruth.diagnosis.posterior import answers, inclusion, none_and_unknown
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.effects import available
@@ -103,3 +103,9 @@ def test_a_form_of_the_model_never_acts() -> None:
 def test_terms_that_trials_left_out_refuse_never_act_where_the_form_of_the_model_stands_beside_them() -> None:
     (twin,) = with_other_forms([_one(("drag_curve",), 1.0)], EFFECTS, outdone=["drag_curve"])
     assert (twin.effects, twin.probability) == ((), pytest.approx(1.0))
+
+
+def test_an_answer_stands_beside_the_waves_and_the_terms_of_another_form_that_lead_with_it() -> None:
+    leading = ("cross_flow", "current", "wave_drift", "wave_forces")
+    assert standing_beside(leading, available()) == ("cross_flow", "wave_forces")
+    assert standing_beside(("current", "trial_current"), available()) == ()

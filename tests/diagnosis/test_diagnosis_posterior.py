@@ -178,8 +178,9 @@ def test_what_acts_wholly_or_not_at_all_is_weighed_as_fitted_alone() -> None:
     """A few per cent of an exchange of two thrusters, linearized, led beside a model of another form (54 %)."""
     name = "thrusters_exchanged_port_starboard"
     whole = SimpleNamespace(
-        comes_with=(), wholly=True, cause="actuator.propulsion.arrangement", acts_on=("actuator:port",)
-    )
+        comes_with=(), wholly=True, cause="actuator.propulsion.arrangement", acts_on=("actuator:port",),
+        each_trial=False, stochastic=False,
+    )  # fmt: skip
     found = searched(FITS, {((name,), True): -80.0})
     found.problem.effects[name] = whole
     assert all(name not in one.effects for one in posterior.hypotheses(found, SETTINGS))
@@ -265,3 +266,22 @@ def test_what_stands_for_another_form_of_the_hull_raises_no_temperature_of_what_
     assert found["cross_flow", "rudder_offset"] > 0.9
     del fits[("cross_flow", "rudder_offset"), True]
     assert posterior.explained_from(searched(fits)) == -392.0, "where the term leads alone, it is what explains"
+
+
+def test_what_a_sea_explains_raises_no_temperature_of_what_acts_beside_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A thruster that gives 12 % less, beside waves that explain 1000 nats and their drift, which explains 370."""
+    sea = ("wave_drift", "wave_forces")
+    for name in ("thrust_gain", *sea):
+        monkeypatch.setitem(EFFECTS, name, available()[name])
+    fits: dict[tuple[Key, bool], float] = {
+        ((), False): -7000.0,
+        ((), True): -1370.0,
+        (("wave_forces",), True): -370.0,
+        (sea, True): 0.0,
+        (("thrust_gain",), True): -1300.0,
+        (("thrust_gain", *sea), True): 375.0,
+    }
+    found = posterior.answers(posterior.hypotheses(searched(fits), SETTINGS))
+    assert found["thrust_gain", *sea] > 0.99
+    del fits[("thrust_gain", *sea), True]
+    assert posterior.explained_from(searched(fits)) == -1370.0, "where the sea leads alone, it is what explains"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -40,6 +41,18 @@ def test_a_lag_that_explains_as_much_alone_is_fitted_in_the_place_of_a_rate_limi
     found = searched({**alone, ("rudder_rate_limit", "trial_current"): 736.0, ("rudder_lag", "trial_current"): 700.0})
     fit_siblings(found)
     assert fitted == []
+
+
+def test_another_fault_of_the_same_single_actuator_is_a_sibling_whatever_its_kind() -> None:
+    """Where it explains as much alone; not what is wrong with another one."""
+    found = searched({("rudder_rate_limit",): 212.0, ("rudder_offset",): 266.0, ("current",): 300.0})
+    effects = cast(dict[str, Any], found.problem.effects)
+    for name, which in (("rudder_rate_limit", "port"), ("rudder_offset", "port"), ("current", "starboard")):
+        effects[name] = copy.copy(effects[name])
+        effects[name].which = (which,)
+    assert siblings(found, "rudder_rate_limit") == ["rudder_offset"]
+    effects["rudder_offset"].which = ("starboard",)
+    assert siblings(found, "rudder_rate_limit") == []
 
 
 def straying(evidence: dict[Key, float]) -> Search:

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from seatruth.arrays import Array
 from seatruth.diagnosis.tempering import (
     beyond_the_form,
+    errors_beside_forces,
     form_limit,
     in_another_form,
     sensors_alone,
@@ -139,3 +140,18 @@ def test_another_form_is_behind_by_no_more_than_before_and_never_ahead(
     assert raised[2:] == pytest.approx(found[2:]), "no form of another one"
     assert raised.max() == pytest.approx(found.max())
     assert abs(raised[0] - raised[1]) == pytest.approx(max(0.0, behind - unseen) / temperature, abs=1e-9)
+
+
+def test_an_error_of_a_sensor_counts_in_full_beside_forces_beyond_what_these_do_not_show() -> None:
+    keys = [("wind",), ("heading_bias", "wind"), ("gyro_bias", "heading_bias", "wind"), ("rudder_lag", "wind")]
+    evidence = np.array([290.0, 320.0, 350.0, 320.0])
+    found = evidence / 16.0
+    sensors = {"heading_bias", "gyro_bias"}
+
+    def counts(forces: list[bool], of: set[str]) -> Array:
+        return errors_beside_forces(found, evidence, keys, forces, of, 5.0, 2.0)
+
+    # 30 nats less 5, at the temperature of 2; the third set stands upon the second one.
+    assert counts([True] * 4, sensors) == pytest.approx([290.0 / 16.0, 290.0 / 16.0 + 12.5, 290.0 / 16.0 + 25.0, 20.0])
+    assert counts([False] * 4, sensors) == pytest.approx(found), "without forces what the form leaves may be anywhere"
+    assert counts([True] * 4, set()) == pytest.approx(found)

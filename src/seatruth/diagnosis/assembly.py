@@ -25,7 +25,7 @@ from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure
 from seatruth.diagnosis.information import Information
 from seatruth.diagnosis.localization import by_channel, in_region, in_time, shares, whitened
-from seatruth.diagnosis.other_forms import forms_in, is_only_form, with_other_forms
+from seatruth.diagnosis.other_forms import is_only_form, standing_beside, with_other_forms
 from seatruth.diagnosis.parts import NextTrial, Validation
 from seatruth.diagnosis.practical_size import is_certain_error, without_negligible, without_small
 from seatruth.diagnosis.prediction_errors import noise_deviation
@@ -86,9 +86,9 @@ class Assembly:
         self._say: Callable[[str, int, int], None] = _silent
 
     @cached_property
-    def _form(self) -> Key:
-        """Terms of the leading set that another form of the model shows as well: the answer stands beside them."""
-        return forms_in(self._leading, self.problem.effects)
+    def _beside(self) -> Key:
+        """Effects of the leading set beside which the answer has its sizes, named or not."""
+        return standing_beside(self._leading, self.problem.effects)
 
     @cached_property
     def _leading(self) -> Key:
@@ -137,9 +137,10 @@ class Assembly:
         return said
 
     def _doubtful(self, key: Key) -> list[str]:
-        """Effects of a set whose size is beyond what is believed of them."""
-        fit, most = self.search.beside(key, self._form), self.settings.implausible
-        return [name for name in key if fit is not None and fit.prior_deviations(self.problem, name) > most]
+        """Effects of a set, but for waves, whose size is beyond what is believed: nothing leans on a wave's."""
+        fit, most = self.search.beside(key, self._beside), self.settings.implausible
+        names = [name for name in key if not follows_each_trial(self.problem.effects[name])]
+        return [name for name in names if fit is not None and fit.prior_deviations(self.problem, name) > most]
 
     def _fitted(self, said: Decision, before: Decision) -> Decision:
         """The decision, with what is left of an earlier one fitted."""
@@ -165,13 +166,13 @@ class Assembly:
         left = without_untried(left, found, effects, self._validated, forces=self.problem.discrepancy is not None)
         if gap.strays and left.shown == said.shown:
             left = without_negligible(left, found, effects, self._validated, gap, self.settings)
-        asked = self.search.with_what_moves(left.shown, self._form, self._leading)
-        fit = self.search.beside(left.shown, asked)
+        fit = self.search.beside(left.shown, self._beside)
         sure = [name for name in left.shown if fit is None or is_sure(self.problem, fit, name)]
         left = without_disputed(left, found, effects, sure, self._validated)
         if not self._noise_is_motion or not left.shown:
             return left
-        agreed = [name for name in left.shown if len(each := self.gains(name, asked)) and bool((each > 0.0).all())]
+        each = {} if fit is None else {name: self.gains(name, fit.effects) for name in left.shown}
+        agreed = [name for name, gains in each.items() if len(gains) and bool((gains > 0.0).all())]
         return without_taken_for_noise(left, found, agreed, self._validated)
 
     @cached_property
@@ -215,7 +216,7 @@ class Assembly:
 
     def _gap_of(self, key: Key) -> Gap:
         if key not in self._gaps:
-            self._gaps[key] = Gap(self.search, self._deviation, key, self._form)
+            self._gaps[key] = Gap(self.search, self._deviation, key, self._beside)
         return self._gaps[key]
 
     def validation(self, say: Callable[[str, int, int], None]) -> Validation | None:
@@ -229,12 +230,12 @@ class Assembly:
     def _reported(self, key: Key) -> Validation | None:
         """What trials left out say of a set, where a size that an effect has in each trial alone is not left open."""
         if any(isinstance(self.problem.effects[name], EachTrial) for name in key):
-            return validate(self.search, key, self._say, form=self._form, own=True)
+            return validate(self.search, key, self._say, beside=self._beside, own=True)
         return self._validated(key)
 
     def _validated(self, key: Key) -> Validation | None:
         if key not in self._validations:
-            self._validations[key] = validate(self.search, key, self._say, form=self._form)
+            self._validations[key] = validate(self.search, key, self._say, beside=self._beside)
         return self._validations[key]
 
     def suggestion(self, say: Callable[[str, int, int], None]) -> NextTrial:
@@ -316,7 +317,7 @@ class Assembly:
         return tuple(place for place in places if ":" in place or place in words) or tuple(places)
 
     def _parameters(self, name: str) -> tuple[EffectParameter, ...]:
-        fit, problem = self.information.fit_of(name, self.decision.shown, self._form), self.problem
+        fit, problem = self.information.fit_of(name, self.decision.shown, self._beside), self.problem
         if fit is None:
             return ()
         effect, error, columns = problem.effects[name], size_errors(self.problem, fit), problem.columns[name]
@@ -335,13 +336,11 @@ class Assembly:
         base, key, rows = self.search.null.evidence, self.decision.shown, list[EffectResult]()
         for name in ranked:
             effect = self.problem.effects[name]
-            own = self.information.noncentrality(name, key, self._form)
+            own = self.information.noncentrality(name, key, self._beside)
             near = {}
             if name in leading and own > _VISIBLE:
-                others = [
-                    other for other in leading if other != name and not are_one(self.problem.effects, name, other)
-                ]
-                near = {o: self.information.noncentrality_between(name, o, key, self._form) for o in others}
+                others = [o for o in leading if o != name and not are_one(self.problem.effects, name, o)]
+                near = {o: self.information.noncentrality_between(name, o, key, self._beside) for o in others}
             parameters = self._parameters(name)
             gains = self.gains(name, key) if name in key else np.zeros(0)
             rows.append(

@@ -168,22 +168,22 @@ def averaged_over_givens(count: int, density: Callable[[Sequence[int]], float]) 
 
 
 def validate(
-    search: Search, shown: Key, say: Callable[[str, int, int], None], *, form: Key = (), own: bool = False
+    search: Search, shown: Key, say: Callable[[str, int, int], None], *, beside: Key = (), own: bool = False
 ) -> Validation | None:
     """Predicts each trial from the others, without effects and with those of the answer; None for a single trial.
 
-    Effects have their sizes beside terms of another `form`. What the others leave open of a trial is allowed to every
-    model alike: also the size that an effect of the answer has in that trial alone. With `own`, only models with the
-    effects are allowed that, and what it closes is theirs.
+    Effects have the sizes that they have beside those of `beside`. What the others leave open of a trial is allowed to
+    every model alike: also the size that an effect of the answer has in that trial alone. With `own`, only models with
+    the effects are allowed that, and what it closes is theirs.
     """
     problem = search.problem
     if len(problem.trials) < 2:
         return None
     refit = Simulated.of(problem, without_forces(search, ()))
-    named = Simulated.of(problem, with_reported_sizes(search, shown, search.beside(shown, form))) if shown else refit
+    named = Simulated.of(problem, with_reported_sizes(search, shown, search.beside(shown, beside))) if shown else refit
     control = Simulated.of(problem, search.fits.get(((), True), refit.fit), terms=True)
-    beside = search.fits.get((shown, True)) if shown else None
-    both = control if beside is None else Simulated.of(problem, beside, terms=True)
+    forced = search.fits.get((shown, True)) if shown else None
+    both = control if forced is None else Simulated.of(problem, forced, terms=True)
     # One measure for all: the noise of the refit alone would hold part of the gap, and make its errors look small.
     deviation = noise_deviation(problem, search.leader.sizes)
     groups = left_out_together(problem.trials)
@@ -207,7 +207,7 @@ def validate(
             Fold(
                 title, _selected(search, others),
                 error_refit=of[1], error_effects=of[0], error_discrepancy=of[2],
-                error_both=math.nan if beside is None else of[3], error_noise=of[4], left_open=of[5],
+                error_both=math.nan if forced is None else of[3], error_noise=of[4], left_open=of[5],
                 predictive_gain=float(gains[number]),
             )
         )  # fmt: skip
@@ -268,6 +268,6 @@ def _selected(search: Search, trials: Sequence[int]) -> Key:
     found = [search.fits[key] for key in keys]
     gains = np.array([fit.likelihood.evidence(fit.sizes, fit.effects, trials) - fit.price for fit in found])
     alone = [gain for (key, _), gain in zip(keys, gains) if not key]
-    weight = counted(search, gains, [key for key, _ in keys], float(max(alone)))
+    weight = counted(search, gains, keys, float(max(alone)))
     weight += [log_prior(causes_in(key, search.problem.effects), on, many, settings) for key, on in keys]
     return max(zip(weight.tolist(), gains.tolist(), (key for key, _ in keys)))[2]

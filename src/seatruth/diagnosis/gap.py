@@ -89,12 +89,12 @@ def refit_initial_states(problem: Problem, point: Point, deviation: Array) -> Po
 class Gap:
     """What is left between the three models and the trials.
 
-    `deviation` (C,) is that of the noise, `shown` are the effects of the answer, beside terms of another `form`.
+    `deviation` (C,) is that of the noise, `shown` are the effects of the answer, sized beside those of `beside`.
     """
 
-    def __init__(self, search: Search, deviation: Array, shown: Key, form: Key = ()) -> None:
+    def __init__(self, search: Search, deviation: Array, shown: Key, beside: Key = ()) -> None:
         self.search, self.problem, self.deviation, self.key = search, search.problem, deviation, shown
-        self.form = form
+        self.beside = beside
 
     @cached_property
     def shown(self) -> Fit:
@@ -126,7 +126,7 @@ class Gap:
     @cached_property
     def _reported(self) -> Fit | None:
         """The fit whose sizes of the answer's effects are reported."""
-        return self.search.beside(self.key, self.form)
+        return self.search.beside(self.key, self.beside)
 
     @cached_property
     def _named(self) -> Simulated:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
@@ -13,7 +14,6 @@ from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.sizes import NoisePrior
-from seatruth.effects.each_trial import follows_each_trial
 from seatruth.storage.checkpoint import Checkpoint
 
 T = TypeVar("T")
@@ -41,6 +41,8 @@ class Search:
     """The fit beside which a set was begun: its effects, whether it has discrepancy, and its evidence then."""
     waves: dict[str, Array] = field(default_factory=dict)
     """Values (n,) from which effects of waves begin, where what the model alone leaves shows a narrow band."""
+    replaced: dict[tuple[Key, bool, str, str], list[float]] = field(default_factory=dict)
+    """Evidence (nats) of the sets in which an effect was begun anew, or another in its place, each time that it was."""
     failed: dict[Key, str] = field(default_factory=dict)
     """Hypotheses, or parts of the search in words, that were set aside, with the reason."""
     store: Checkpoint = field(default_factory=lambda: Checkpoint(None, ""))
@@ -73,24 +75,16 @@ class Search:
         fits = [self.fits[key, on] for on in (False, True) if (key, on) in self.fits]
         return max(fits, key=lambda fit: fit.evidence) if fits else None
 
-    def beside(self, effects: Sequence[str], form: Key) -> Fit | None:
-        """The fit that speaks for a set: with terms of another form of the model beside it, where it explains more.
+    def beside(self, effects: Sequence[str], others: Key) -> Fit | None:
+        """The fit that speaks for a set: beside those of `others` with which it explains most; None if it has no fit.
 
         Of an AUV that dives, whose damping has another form, a pitch bias of 2 deg was 1.1 +- 0.4 deg in the fit
-        without the term that takes the place of that form, about which trials disagreed, and 1.9 in the one with it.
+        without the term that takes the place of that form, about which trials disagreed, and 1.9 in the one with it. Of
+        a boat in a short sea the drift of its waves was 90 deg off in the fit without their first-order forces.
         """
-        found = [fit for fit in (self.best(effects), self.best({*effects, *form})) if fit is not None]
+        some = itertools.chain.from_iterable(itertools.combinations(others, n) for n in range(len(others) + 1))
+        found = [fit for one in some if (fit := self.best({*effects, *one})) is not None]
         return max(found, key=lambda fit: fit.evidence, default=None)
-
-    def with_what_moves(self, key: Key, form: Key, leading: Key) -> Key:
-        """A set beside terms of another form, and beside the waves of the leading set where it was fitted with them.
-
-        Waves move the vehicle whether they are worth naming or not. Of a boat in a short sea a compass that was 4 deg
-        off predicted each trial better beside them, and without them not all.
-        """
-        plain = {*key, *form}
-        waves = {name for name in leading if follows_each_trial(self.problem.effects[name])}
-        return tuple(sorted(plain | waves if self.best(plain | waves) is not None else plain))
 
     def sets(self) -> list[Fit]:
         """The better fit of each set, the one of highest evidence first."""

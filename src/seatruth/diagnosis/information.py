@@ -25,14 +25,14 @@ class Information:
         self.at = search.leader
         """The fit of highest evidence; parts that are fitted later, for comparison, change nothing here."""
 
-    def noncentrality(self, name: str, shown: Key, form: Key = ()) -> float:
+    def noncentrality(self, name: str, shown: Key, beside: Key = ()) -> float:
         """Squared size of an effect's signature, everything else refitted; NaN where it was not fitted."""
-        distance = self._distance(name, shown, form)
+        distance = self._distance(name, shown, beside)
         return math.nan if distance is None else float(distance @ self._of(name) @ distance)
 
-    def noncentrality_between(self, name: str, other: str, shown: Key = (), form: Key = ()) -> float:
+    def noncentrality_between(self, name: str, other: str, shown: Key = (), beside: Key = ()) -> float:
         """What is left of an effect's signature when the other one is fitted in its place; inf where it was not."""
-        distance = self._distance(name, shown, form)
+        distance = self._distance(name, shown, beside)
         if distance is None:
             return math.inf
         both, n = self._of(name, other), len(distance)
@@ -65,9 +65,9 @@ class Information:
                 found.append(name)
         return found
 
-    def fit_of(self, name: str, shown: Key, form: Key = ()) -> Fit | None:
-        """The fit that speaks for an effect: of the answer if it is in it, beside terms of another form, else alone."""
-        return self.search.beside(shown, form) if name in shown else self.search.best((name,))
+    def fit_of(self, name: str, shown: Key, beside: Key = ()) -> Fit | None:
+        """The fit that speaks for an effect: of the answer if it is in it, beside those of `beside`, else alone."""
+        return self.search.beside(shown, beside) if name in shown else self.search.best((name,))
 
     @cached_property
     def _likelihood(self) -> Likelihood:
@@ -76,8 +76,8 @@ class Information:
     def _of(self, *names: str) -> Array:
         return self._likelihood.information(self.at.sizes, names)[0]
 
-    def _distance(self, name: str, shown: Key, form: Key) -> Array | None:
+    def _distance(self, name: str, shown: Key, beside: Key) -> Array | None:
         """Fitted parameters of an effect less their prior means; None where it was not fitted."""
-        fit = self.fit_of(name, shown, form)
+        fit = self.fit_of(name, shown, beside)
         columns = self.problem.columns[name]
         return None if fit is None else fit.point.shared[columns] - self.problem.mean[columns]

@@ -21,6 +21,7 @@ from seatruth.diagnosis.hypotheses import Key
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.effects import Effect
 from seatruth.effects.causes import is_within
+from seatruth.effects.each_trial import follows_each_trial
 
 _FORMS = ("hydrodynamics.damping_or_lift.cross_flow", "hydrodynamics.damping_or_lift.turning")
 """Causes that damping of another form shows as well."""
@@ -55,6 +56,21 @@ def hull_forms_in(key: Sequence[str], effects: Mapping[str, Effect]) -> tuple[st
     return tuple(name for name in key if _is_damping(name, effects) or is_only_form(name, effects))
 
 
+def seas_in(key: Sequence[str], effects: Mapping[str, Effect]) -> tuple[str, ...]:
+    """The effects of a set that waves bring about: their first-order forces, and what comes with these.
+
+    Example:
+        >>> from seatruth.effects import available
+        >>> seas_in(("current", "wave_drift", "wave_forces"), available())
+        ('wave_drift', 'wave_forces')
+        >>> seas_in(("current", "wave_drift"), available())
+        ()
+    """
+    waves = [name for name in key if follows_each_trial(effects[name])]
+    with_them = {other for name in waves for other in effects[name].comes_with}
+    return tuple(name for name in key if name in waves or name in with_them)
+
+
 def forms_in(key: Sequence[str], effects: Mapping[str, Effect]) -> tuple[str, ...]:
     """The effects of a set that another form of the model shows as well.
 
@@ -62,6 +78,16 @@ def forms_in(key: Sequence[str], effects: Mapping[str, Effect]) -> tuple[str, ..
     """
     found = {*hull_forms_in(key, effects)}
     return tuple(name for name in key if name in found or (len(key) > 1 and _is_thrust(name, effects)))
+
+
+def standing_beside(key: Sequence[str], effects: Mapping[str, Effect]) -> tuple[str, ...]:
+    """The effects of a set that count though they are not named: terms of another form, and waves.
+
+    Waves move the vehicle whether they are worth naming or not: of a boat in a short sea a compass that was 4 deg off
+    predicted each trial better beside them, and without them not all.
+    """
+    waves = (name for name in key if follows_each_trial(effects[name]))
+    return tuple(dict.fromkeys([*forms_in(key, effects), *waves]))
 
 
 def is_only_form(name: str, effects: Mapping[str, Effect]) -> bool:

@@ -10,9 +10,16 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
-from seatruth.diagnosis.other_forms import hull_forms_in
+from seatruth.diagnosis.other_forms import hull_forms_in, seas_in
 from seatruth.diagnosis.settings import Settings
-from seatruth.diagnosis.tempering import beyond_the_form, form_limit, in_another_form, sensors_alone, tempered
+from seatruth.diagnosis.tempering import (
+    beyond_the_form,
+    errors_beside_forces,
+    form_limit,
+    in_another_form,
+    sensors_alone,
+    tempered,
+)
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.effects import Effect
 from seatruth.effects.causes import ancestors, is_within, parent
@@ -51,7 +58,8 @@ def hypotheses(search: Search, settings: Settings) -> list[Hypothesis]:
     many = len(search.problem.effects)
     priors = [log_prior(causes_in(key, search.problem.effects), on, many, settings) for key, on, *_ in rows]
     gains = np.array([gain for _, _, gain, *_ in rows])
-    weight = counted(search, gains, [key for key, *_ in rows], explained_from(search) - base) + priors
+    sets = [(key, on) for key, on, *_ in rows]
+    weight = counted(search, gains, sets, explained_from(search) - base) + priors
     weight = np.exp(weight - weight.max())
     weight /= weight.sum()
     found = [
@@ -65,23 +73,27 @@ def explained_from(search: Search) -> float:
     """Log-evidence (nats) from which it is counted what effects explain: that of the model alone.
 
     With discrepancy where the leader has it: what discrepancy explains does not depend on the form of any effect. Nor
-    does what a term explains beside it that stands for another form of the hull, next to other effects of the leader:
-    of an AUV whose planes were off, 42 nats counted as 1.7 beside the 392 of a cross-flow drag.
+    does, next to other effects of the leader, what a term explains beside it that stands for another form of the hull,
+    or what a sea does, which shows by its waves: of an AUV whose planes were off, 42 nats counted as 1.7 beside the 392
+    of a cross-flow drag; of a boat whose thruster gave 12 % less, 375 counted as 5 beside the 1370 of waves and drift.
     """
-    leader = _leader(search)
-    form = hull_forms_in(leader.effects, search.problem.effects) if leader.discrepancy else ()
-    beside = search.fits.get((form, True)) if 0 < len(form) < len(leader.effects) else None
-    alone = beside or search.fits.get(((), leader.discrepancy))
-    return alone.evidence if alone is not None else search.null.evidence
+    leader, effects = _leader(search), search.problem.effects
+    alone = search.fits.get(((), leader.discrepancy)) or search.null
+    if not leader.discrepancy:
+        return alone.evidence
+    form = {*hull_forms_in(leader.effects, effects), *seas_in(leader.effects, effects)}
+    others = (fit for (key, on), fit in search.fits.items() if on and {*key} <= form < {*leader.effects})
+    return max((fit.evidence for fit in others), default=alone.evidence)
 
 
-def counted(search: Search, evidence: Array, keys: Sequence[Key], lowest: float) -> Array:
-    """What the log-evidence (H,) of hypotheses with such effects counts for; `lowest` as in `tempered`.
+def counted(search: Search, evidence: Array, sets: Sequence[tuple[Key, bool]], lowest: float) -> Array:
+    """What the log-evidence (H,) of hypotheses, of such effects, with forces or not, counts for.
 
     What the leader's fit did not reach counts as explained: where long runs bend, the evidence is that of a straight
-    line through a point.
+    line through a point. `lowest` as in `tempered`.
     """
-    settings, leader = search.problem.settings, _leader(search)
+    settings, leader, keys = search.problem.settings, _leader(search), [key for key, _ in sets]
+    sensors = errors_of_sensors(search.problem.effects)
     found = tempered(
         evidence,
         np.array([len(key) for key in keys], dtype=np.intp),
@@ -90,10 +102,12 @@ def counted(search: Search, evidence: Array, keys: Sequence[Key], lowest: float)
         model_form=settings.model_form,
         beside=settings.form_beside,
         ahead=leader.ahead,
-        by_sensors=sensors_alone(evidence, keys, errors_of_sensors(search.problem.effects)),
+        by_sensors=sensors_alone(evidence, keys, sensors),
     )
     apart = np.array([not {*leader.effects} & {*key} for key in keys])
     found = beyond_the_form(found, evidence, apart, _left_by_the_form(search, leader), settings.temperature)
+    on, unseen = [on for _, on in sets], settings.unseen_form
+    found = errors_beside_forces(found, evidence, keys, on, sensors, unseen, settings.temperature)
     return in_another_form(found, evidence, _other_forms(keys, search.problem.effects), settings.unseen_form)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from seatruth.diagnosis.actuator_starts import anywhere
 from seatruth.diagnosis.choice import WITHOUT, additions, singles
-from seatruth.diagnosis.directions import Tried, fit_directions
+from seatruth.diagnosis.directions import fit_along_waves, fit_directions
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.forces_beside import forces_wanted, may_do_without
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search, comparable, strays
@@ -25,7 +25,7 @@ from seatruth.diagnosis.initial_guess import forces_instead, in_each_trial
 from seatruth.diagnosis.nesting import nest
 from seatruth.diagnosis.noise_sharing import share_noise
 from seatruth.diagnosis.other_faults import with_faults_of, with_other_faults
-from seatruth.diagnosis.posterior import hypotheses
+from seatruth.diagnosis.posterior import causes_in, hypotheses
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.refinement import refine
 from seatruth.diagnosis.screening import currents_in_each_trial, screen, waves_beside
@@ -90,15 +90,14 @@ def search(
             found = refine(found, lambda knots: say(f"forces between {knots} knots", 1, expected))
             found = _fit_library(found, say, expected, workers, widen=widen)
         found.tell = lambda key: say(f"the leading sets again, {_in_words(key)}", expected, expected)
-        tried: Tried = {}
         stages: tuple[tuple[str, Callable[[], None]], ...] = (
-            ("what looks like the leading sets", lambda: _fit_alike(found, tried, 1)),
+            ("what looks like the leading sets", lambda: _fit_alike(found, 1)),
             ("what stands beside their effects in the tree of causes", lambda: fit_siblings(found)),
             ("leading sets with values for each trial", lambda: _fit_each_trial(found)),
             ("parts of the leading sets", lambda: _refit_parts(found)),
             ("parts of probable sets", lambda: _fit_missing_parts(found)),
             # A part that had not been fitted shows directions as well.
-            ("what looks like the leading parts", lambda: _fit_alike(found, tried, 2)),
+            ("what looks like the leading parts", lambda: _fit_alike(found, 2)),
             ("the noise of the leading sets", lambda: share_noise(found, 2)),
             ("sets within others", lambda: nest(found)),
         )
@@ -190,7 +189,8 @@ def _fit_sets(found: Search, say: Say, expected: int, workers: int) -> None:
     if not comparable(found):
         return
     share_noise(found, 1)
-    for size in range(2, settings.most_effects + 1):
+    # A sea is one cause of two effects.
+    for size in range(2, settings.most_effects + (2 if found.waves else 1)):
         fewer = [fit for fit in found.sets() if len(fit.effects) < size]
         smaller = [fit for fit in fewer if len(fit.effects) == size - 1 and _leads(found, fit)]
         beaten = max(fit.evidence for fit in fewer) + settings.worth_fitting
@@ -203,10 +203,14 @@ def _fit_sets(found: Search, say: Say, expected: int, workers: int) -> None:
                 found.rival = found.leader.evidence
                 # Sets that explain as much as the leading one of their size are its look-alikes.
                 least = max(beaten, found.rival - settings.hopeless)
-                if found.expected(key) < least or _fitted(found, key):
+                many = causes_in(key, found.problem.effects) > settings.most_effects
+                if many or found.expected(key) < least or _fitted(found, key):
                     continue
                 say(_in_words(key), count, expected)
                 fit_both(found, key, leader)
+                loose = found.fits.get((key, True))
+                if loose is not None:  # others are judged by it, and begin where it ended
+                    fit_along_waves(found, loose)
 
 
 def _fitted(found: Search, key: Key) -> bool:
@@ -275,11 +279,11 @@ def _fit_each_trial(found: Search) -> None:
                     fit_once(found, key, on, in_each_trial(found.problem, same.point, name, alike[name]), same.sizes)
 
 
-def _fit_alike(found: Search, tried: Tried, turn: int) -> None:
-    """Fits what looks like the leading sets where these show it to begin. `tried` and `turn` as in what it calls."""
+def _fit_alike(found: Search, turn: int) -> None:
+    """Fits what looks like the leading sets where these show it to begin. `turn` as in what it calls."""
     for _ in range(_ROUNDS):
         # What began along another's direction may lead now, and show where the other should have begun.
-        fit_directions(found, _with_direction(found)[: found.problem.settings.leaders], tried)
+        fit_directions(found, _with_direction(found)[: found.problem.settings.leaders])
     _fit_to_the_end(found, turn)
 
 

@@ -40,11 +40,17 @@ def fit_siblings(found: Search) -> None:
 
 
 def siblings(found: Search, name: str) -> list[str]:
-    """Effects of the same kind of cause that explain about as much alone, the first first."""
-    own = found.best((name,))
+    """Effects of the same kind of cause, or on the same single actuator, that explain about as much alone.
+
+    The first comes first. Of a boat in a short sea a thruster that gave 12 % less explained 54 nats more alone than its
+    dead band, which stood before it beside the waves, as linearized.
+    """
+    own, effects = found.best((name,)), found.problem.effects
     if own is None:
         return []
-    alone = {one: found.best((one,)) for one in _of_one_kind(found.problem.effects, name)}
+    which = effects[name].which
+    near = [one for one, effect in effects.items() if which and effect.which == which and one != name]
+    alone = {one: found.best((one,)) for one in (*_of_one_kind(effects, name), *near)}
     least = own.evidence - found.problem.settings.hopeless
     likely = {one: fit.evidence for one, fit in alone.items() if fit is not None and fit.evidence > least}
     return sorted(likely, key=lambda one: (-likely[one], one))

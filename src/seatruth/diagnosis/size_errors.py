@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy import stats
+from scipy.special import ndtr, stdtrit
 
 from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit
@@ -45,7 +45,7 @@ def is_sure(problem: Problem, fit: Fit, name: str) -> bool:
         own, errors = fit.stderr(problem), size_errors(problem, fit)
         wider = np.fmax(np.divide(errors, own, out=wider, where=own > 0.0), 1.0)
         freedom = len(left_out_together(problem.trials)) - 1
-        least = float(stats.f.isf(stats.chi2.sf(least, 1), 1, freedom)) if freedom > 0 else least
+        least = float(stdtrit(freedom, ndtr(-math.sqrt(least)))) ** 2 if freedom > 0 else least
     return fit.significance(problem, name, wider) >= least
 
 

@@ -12,6 +12,10 @@ with as many effects, none counts for less for that than one which explains less
 Where missing forces explain most of what a set does, they would show most of what its form leaves as well
 (`form_limit`). A rival cannot gain more than that from the form, so that what it is further behind counts in full.
 
+An error of a sensor moves what that sensor says, and not the vehicle. Where missing forces stand beside other effects,
+they show what the form of these leaves, since they move all sensors alike; what an error of a sensor explains beyond
+what they do not show counts in full (`errors_beside_forces`).
+
 Of two causes that push in the same way and differ only in how strongly at each angle, neither form is known well enough
 to be told from the other by the few nats that a wrong form costs (`in_another_form`).
 
@@ -23,7 +27,7 @@ distribution off.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -198,6 +202,49 @@ def beyond_the_form(found: Array, evidence: Array, apart: Flags, limit: float, t
     counts = found.max() - found
     full = np.minimum(counts + np.maximum(0.0, behind - limit), np.maximum(behind / temperature, counts))
     return np.where(apart, found.max() - full, found)
+
+
+def errors_beside_forces(
+    found: Array,
+    evidence: Array,
+    keys: Sequence[tuple[str, ...]],
+    forces: Sequence[bool],
+    sensors: Collection[str],
+    unseen: float,
+    temperature: float,
+) -> Array:
+    """Tempered evidence (H,) nats in which what errors of sensors explain beside other effects and forces counts fully.
+
+    Of a boat in a short sea, whose drift explained 290 nats, a gyro 0.4 deg/s off explained 32 more, and had the same
+    probability as none.
+
+    Args:
+        found: tempered evidence (H,).
+        evidence: the same before it was tempered, (H,).
+        keys: the effects of each hypothesis.
+        forces: whether missing forces stand beside them.
+        sensors: the effects that are errors of sensors.
+        unseen: nats of a wrong form that forces do not show.
+        temperature: divides all evidence, whatever it is about.
+
+    Example:
+        >>> import numpy as np
+        >>> keys = [("wave_drift",), ("gyro_bias", "wave_drift"), ("gyro_bias",)]
+        >>> evidence = np.array([290.0, 322.0, 30.0])
+        >>> errors_beside_forces(evidence / 16.0, evidence, keys, [True] * 3, {"gyro_bias"}, 5.7, 1.0).round(1)
+        array([18.1, 44.4,  1.9])
+    """
+    raised, places = found.copy(), dict[tuple[str, ...], int]()
+    for place, (key, on) in enumerate(zip(keys, forces, strict=True)):
+        if on:
+            places[key] = place
+    for key, place in sorted(places.items(), key=lambda one: len(one[0])):
+        for name in key:
+            rest = places.get(tuple(other for other in key if other != name), -1)
+            if name in sensors and len(key) > 1 and rest >= 0:
+                gain = max(0.0, float(evidence[place] - evidence[rest]) - unseen)
+                raised[place] = max(raised[place], raised[rest] + gain / temperature)
+    return raised
 
 
 def in_another_form(found: Array, evidence: Array, forms: Sequence[Sequence[int]], unseen: float) -> Array:
