@@ -12,11 +12,12 @@ from astray_boat import study
 from seatruth import identify
 from seatruth.analysis import check_study
 from seatruth.costs.options import TrajectoryOptions
-from seatruth.costs.stepped_orders import steps_from_rest
-from seatruth.models import Model, Order, Parameter, with_servos
+from seatruth.costs.stepped_orders import steps_from_rest, without_stale_notes
+from seatruth.models import Model, Observation, Order, Parameter, observed, with_servos
 from seatruth.study import Study
 from seatruth.trials import Channel
 from seatruth.trials.channel import Hold
+from seatruth.trials.finding import Finding
 from seatruth.trials.split import split_at_gaps
 from seatruth.trials.trial import Trial, Trials
 
@@ -50,6 +51,18 @@ def test_a_noise_that_is_larger_than_the_rounding_is_not_asked_for(noise: float 
     trials = [replace(t, outputs={**t.outputs, "psi": np.round(t.outputs["psi"], 1)}) for t in plain.trials]
     coarse = plain.replace(trials=Trials(trials), noise={**plain.noise, "psi": noise})
     assert ("quantised" in [finding.code for finding in check_study(coarse)]) == said
+
+
+@pytest.mark.parametrize(("at", "left"), [(None, True), ((0.0, 0.0, 0.0), True), ((-0.3, 0.0, 0.0), False)])
+def test_an_antenna_whose_place_is_stated_is_not_asked_for_it(
+    at: tuple[float, float, float] | None, left: bool
+) -> None:
+    """With a servo in front of the model as well."""
+    plain = ordered("zoh")
+    model = with_servos(observed(study().model, [Observation("x", "x", at)] if at else []), {"delta": Order(lag=0.5)})
+    said = Finding("note", "lever-arm", "x, y move like a point", plain.trials[0].name, channel="x")
+    kept = without_stale_notes([said], plain.replace(model=model), plain.trials)
+    assert bool(kept) == left
 
 
 def paused(*, split: bool) -> Study:

@@ -64,8 +64,10 @@ def test_a_short_line_is_named_in_whatever_piece_it_is(tmp_path: Path) -> None:
     good = "\n".join(f"{k},1,2" for k in range(60))
     with pytest.raises(BadInput, match=r"line 62: it has 2 fields and the header has 3. Check the separator"):
         table(tmp_path, f"t,a,b\n{good}\n60,1\n{good}\n")
-    with pytest.raises(BadInput, match=r"line 62: it has 2 fields and the header has 3. If the recording"):
-        table(tmp_path, f"t,a,b\n{good}\n60,1")
+    with pytest.raises(BadInput, match=r"line 62: it has 4 fields and the header has 3. Check the separator"):
+        table(tmp_path, f"t,a,b\n{good}\n60,1,2,3")
+    # Cut off there.
+    assert table(tmp_path, f"t,a,b\n{good}\n60,1").numbers("t").size == 60
 
 
 @pytest.mark.parametrize(

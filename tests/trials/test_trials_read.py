@@ -15,7 +15,7 @@ import scipy.io
 from seatruth.errors import BadInput
 from seatruth.readers import read_log
 from seatruth.readers.listing import listing
-from seatruth.trials import Channel, Clock, ColumnSpec, Trial, read_trial
+from seatruth.trials import Channel, Clock, ColumnSpec, Trial, check_trials, read_trial
 
 GOOD = "t,delta,psi\n0,1,2\n1,1,2\n2,1,3\n"
 DEG = np.pi / 180
@@ -209,11 +209,11 @@ def test_matlab_arrays_and_structs(tmp_path: Path) -> None:
         ("t,delta,psi\n0,1,2\n1,1,abc\n2,1,def\n", "line 3, column 'psi': 'abc' is not a number (and 1 more"),
         ("t;delta;psi\n0;1,5;2,5\n1;1,5;x\n", "line 3, column 'psi'"),
         ("t,delta,psi\n0,1,2\n1,1,inf\n", "line 3, column 'psi'"),
-        ("t,delta,psi\n0,1,2\n0,1,2\n1,1,2\n", "line 3: 1 sample(s) repeat the time"),
+        ("t,delta,psi\n0,1,2\n0,1,3\n1,1,2\n", "line 3: 1 sample(s) repeat the time"),
         ("t,delta,psi\n0,1,2\n2,1,2\n1,1,2\n", "line 4: time runs back, from 2 s to 1 s"),
         ("t,delta,psi\n0,1,2\n,1,2\n1,1,2\n", "line 3, column 't': 1 sample(s) have no time"),
         ("t,delta,psi\n0,1,2\n1,,2\n2,,2\n3,1,2\n", "lines 3-4: input 'delta' has 2 missing"),
-        ("t,delta,psi\n0,1,2\n1,1,2\n2,1\n", "line 4: it has 2 fields and the header has 3. If the recording"),
+        ("t,delta,psi\n0,1,2\n1,1,2\n2,1,2,4\n", "line 4: it has 4 fields and the header has 3."),
         ("t,delta,psi\n0,1,2\n1,1\n2,1,2\n", "line 3: it has 2 fields"),
         ("t,delta,psi\n0,1,2\n1,1,2,4\n2,1,2\n", "line 3: it has 4 fields"),
         ("t,Delta,psi\n0,1,2\n1,1,2\n", "Did you mean 'Delta'?"),
@@ -354,3 +354,22 @@ def test_a_bare_name_is_a_column(tmp_path: Path) -> None:
     assert trial.t.tolist() == [0.0, 1.0]
     assert trial.inputs["delta"].tolist() == [0.1, 0.2]
     assert trial.outputs["psi"].tolist() == [1.0, 1.1]
+
+
+def test_a_log_that_was_cut_off_is_read_without_its_last_line_and_says_so(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text("t,delta,psi\n" + "".join(f"{k},0.1,{0.2 * k}\n" for k in range(30)) + "30,0.1\n\n")
+    trial = read_trial(file, time="t", inputs={"delta": "delta"}, outputs={"psi": "psi"})
+    assert len(trial) == 30
+    [said] = [finding for finding in check_trials([trial]) if finding.code == "cut-off"]
+    assert said.message == "log.csv was cut off: line 32, its last, has 2 of 3 fields and is left out."
+
+
+def test_rows_that_repeat_the_one_before_in_all_values_are_left_out(tmp_path: Path) -> None:
+    """Also where a value is missing in both; a row that says something else is not."""
+    file = tmp_path / "log.csv"
+    rows = ["0,0.1,0.0", "1,0.1,", "1,0.1,", "2,0.1,0.4", "2,0.1,0.4", "3,0.1,0.6"]
+    file.write_text("\n".join(["t,delta,psi", *rows]) + "\n")
+    trial = read_trial(file, time="t", inputs={"delta": "delta"}, outputs={"psi": "psi"})
+    assert trial.t.tolist() == [0.0, 1.0, 2.0, 3.0]
+    assert "left out rows that repeat the one before, 2 of them" in trial.steps[0].effect

@@ -10,6 +10,7 @@ from seatruth.arrays import Array
 from seatruth.costs.options import RegressionOptions, TrajectoryOptions
 from seatruth.costs.problem import EstimationProblem
 from seatruth.effects.undeclared_actuators import bare, drive_commands
+from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
 from seatruth.text import listed
 from seatruth.trials.channel import Hold
@@ -33,18 +34,29 @@ def without_stale_notes(
 ) -> list[Finding]:
     """The findings about trials without those that ask for what the study says.
 
-    An input is an order, initial states are free, the noise is larger than the rounding.
+    An input is an order, initial states are free, the noise is larger than the rounding, the antenna has a place.
     """
     runs = {trial.name: trial for trial in trials}
     ordered = {servo.input for servo in problem.model.servos}
+    placed = _has_place(problem.model, "x")
     free = isinstance(problem.cost, TrajectoryOptions) and problem.cost.initial == "free"
     return [
         finding
         for finding in findings
         if not (finding.code == "input-jumps" and finding.channel in ordered)
         and not (finding.code == "output-late" and free)
+        and not (finding.code == "lever-arm" and placed)
         and not (finding.code == "quantised" and _noise_is_enough(runs.get(finding.trial), finding.channel, problem))
     ]
+
+
+def _has_place(model: Model | None, channel: str) -> bool:
+    """Whether a model shows a channel at a place of its own, whatever else is wrapped about it."""
+    while model is not None:
+        if any(one.channel == channel and any(one.at) for one in getattr(model, "observations", ())):
+            return True
+        model = getattr(model, "base", None)
+    return False
 
 
 def _noise_is_enough(trial: Trial | None, name: str, problem: EstimationProblem) -> bool:

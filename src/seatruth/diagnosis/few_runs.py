@@ -26,7 +26,7 @@ from seatruth.effects.base import CHANGES
 from seatruth.models.black_box import BlackBox
 from seatruth.simulate import BlackBoxSimulator
 from seatruth.study import Study
-from seatruth.trials.prepare.filters import MAD_TO_SD
+from seatruth.trials.prepare.outliers import MAD_TO_SD
 
 if TYPE_CHECKING:
     from seatruth.diagnosis.problem import Point, Problem

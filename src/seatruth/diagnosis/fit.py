@@ -31,7 +31,7 @@ from seatruth.diagnosis.sizes import (
 from seatruth.diagnosis.steps import Step, likelihood_at, objective, step
 from seatruth.diagnosis.unknowns import SharedStep
 from seatruth.trials.finding import Finding
-from seatruth.trials.prepare.filters import MAD_TO_SD
+from seatruth.trials.prepare.outliers import MAD_TO_SD
 
 _CLOSE = 3.0
 """Median error, in noise deviations, from which a channel's noise is no longer inflated."""

@@ -40,7 +40,7 @@ def fit_siblings(found: Search) -> None:
 
 
 def siblings(found: Search, name: str) -> list[str]:
-    """Effects of the same kind of cause, or on the same single actuator, that explain about as much alone.
+    """Effects of the same kind of cause that explain about as much alone, and those of one actuator that explain more.
 
     The first comes first. Of a boat in a short sea a thruster that gave 12 % less explained 54 nats more alone than its
     dead band, which stood before it beside the waves, as linearized.
@@ -49,10 +49,13 @@ def siblings(found: Search, name: str) -> list[str]:
     if own is None:
         return []
     which = effects[name].which
-    near = [one for one, effect in effects.items() if which and effect.which == which and one != name]
-    alone = {one: found.best((one,)) for one in (*_of_one_kind(effects, name), *near)}
-    least = own.evidence - found.problem.settings.hopeless
-    likely = {one: fit.evidence for one, fit in alone.items() if fit is not None and fit.evidence > least}
+    kind, most = _of_one_kind(effects, name), found.problem.settings.hopeless
+    near = {one: 0.0 for one, effect in effects.items() if which and effect.which == which and one != name}
+    behind = {**near, **dict.fromkeys(kind, most)}
+    alone = {one: found.best((one,)) for one in behind}
+    likely = {
+        one: fit.evidence for one, fit in alone.items() if fit is not None and fit.evidence > own.evidence - behind[one]
+    }
     return sorted(likely, key=lambda one: (-likely[one], one))
 
 

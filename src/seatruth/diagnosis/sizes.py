@@ -14,7 +14,7 @@ from seatruth.arrays import Array
 from seatruth.diagnosis.problem import Problem, Series
 from seatruth.diagnosis.settings import Settings
 from seatruth.statistics.state_space_noise import NoiseShape, whiten
-from seatruth.trials.prepare.filters import MAD_TO_SD
+from seatruth.trials.prepare.outliers import MAD_TO_SD
 
 PAIRS = (("v", "r"), ("w", "q"), ("v", "p"), ("v_z", "omega_y"), ("v_y", "omega_z"))
 """Equations whose missing forces are correlated: a side force that acts off the origin has a moment."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +12,16 @@ from seatruth.errors import BadInput
 from seatruth.readers.csv_dialect import SEPARATOR_NAMES, SPACES
 
 _LINE_END, _QUOTE = 10, 34
+CUT_OFF = "was cut off"
+"""In the note of a file whose last line is left out."""
 
 
 def check_fields(
     source: str, text: bytes, width: int, first: int, separator: str, *, last_piece: bool
-) -> NDArray[np.bool_]:
-    """Which lines are blank; BadInput for a line that has not `width` fields.
+) -> tuple[NDArray[np.bool_], str]:
+    """Which lines are blank, or the one in which a recording was cut off, and what is said of that.
+
+    Raises BadInput for any other line that has not `width` fields.
 
     Args:
         source: the file, for messages.
@@ -53,21 +58,19 @@ def check_fields(
             content = text[starts[line] : ends[line]].decode("utf-8", "replace")
             counts[line], trailing[line] = _quoted(source, content, separator, first + line)
     wrong = ~blank & (counts != width) & (counts - trailing != width)
-    if wrong.any():
-        row = int(np.flatnonzero(wrong)[0])
-        others = int(wrong.sum()) - 1
-        more = f" ({others} more lines like it)" if others else ""
-        hint = (
-            "If the recording was cut off there, delete that line."
-            if last_piece and (row == counts.size - 1 or blank[row + 1 :].all())
-            else f"Check the separator ({SEPARATOR_NAMES[separator]}) and the decimal mark."
-        )
-        raise BadInput(
-            f"it has {int(counts[row])} fields and the header has {width}{more}",
-            where=f"{source}, line {first + row}",
-            do=hint,
-        )
-    return blank
+    if not wrong.any():
+        return blank, ""
+    row, others = int(np.flatnonzero(wrong)[0]), int(wrong.sum()) - 1
+    if last_piece and not others and counts[row] < width and blank[row + 1 :].all():
+        blank[row] = True
+        short = f"line {first + row}, its last, has {int(counts[row])} of {width} fields and is left out."
+        return blank, f"{Path(source).name} {CUT_OFF}: {short}"
+    more = f" ({others} more lines like it)" if others else ""
+    raise BadInput(
+        f"it has {int(counts[row])} fields and the header has {width}{more}",
+        where=f"{source}, line {first + row}",
+        do=f"Check the separator ({SEPARATOR_NAMES[separator]}) and the decimal mark.",
+    )
 
 
 def _quoted(source: str, line: str, separator: str, number: int) -> tuple[int, int]:

@@ -58,12 +58,13 @@ class CSV(Reader):
             encodings.append("latin-1")
         for encoding in encodings:
             try:
-                return Content([self._read(path, encoding, progress)])
+                topic, notes = self._read(path, encoding, progress)
+                return Content([topic], notes)
             except UnicodeError as problem:
                 reason = problem
         raise BadInput(f"it is not {encodings[0]} text ({reason})", where=str(path), do="Correct the encoding.")
 
-    def _read(self, path: Path, encoding: str, progress: Progress) -> Topic:
+    def _read(self, path: Path, encoding: str, progress: Progress) -> tuple[Topic, list[str]]:
         dialect = self._dialect(path, encoding)
         columns = _Columns(dialect)
         for text, first, last, share in _pieces(path, encoding, progress):
@@ -77,7 +78,7 @@ class CSV(Reader):
         if not columns.lines.count:
             raise BadInput("it has a header and no samples", where=str(path), do="Check how it was exported.")
         values = {name: columns.values[name].values for name in dialect.names}
-        return Topic("", values, dialect.units, None, columns.lines.values, dialect.decimal)
+        return Topic("", values, dialect.units, None, columns.lines.values, dialect.decimal), columns.notes
 
     def _dialect(self, path: Path, encoding: str) -> Dialect:
         head = b""
@@ -151,6 +152,7 @@ class _Columns:
         self.values = {name: _Growing() for name in as_text or dialect.names}
         self.lines = _Growing()
         self.pieces = 0
+        self.notes: list[str] = []
 
     @property
     def texts(self) -> frozenset[str]:
@@ -167,7 +169,8 @@ class _Columns:
             first += 1
         if not text:
             return
-        blank = check_fields(source, text, len(dialect.names), first, dialect.separator, last_piece=last)
+        blank, note = check_fields(source, text, len(dialect.names), first, dialect.separator, last_piece=last)
+        self.notes += [note] if note else []
         if blank.all():
             return
         frame = self._frame(source, text)

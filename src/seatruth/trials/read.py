@@ -265,12 +265,22 @@ def _one_clock(
         )
     notes = list(axis.notes)
     rows = np.arange(axis.t.size)
-    keep = _time_order(table, axis.t, repeated)
+    same = _repeats_whole(axis.t, columns)
+    keep = _time_order(table, axis.t, "first" if same and repeated == "refuse" else repeated)
     if keep is not None:
-        notes.append(f"kept the {repeated} of samples with the same time, {axis.t.size - keep.size} fewer")
+        fewer = axis.t.size - keep.size
+        how = "rows that repeat the one before" if same else f"of samples with the same time the {repeated}"
+        notes.append(f"left out {how}, {fewer} of them" if same else f"kept {how}, {fewer} fewer")
         rows = keep.astype(np.intp)
         columns = {kind: {c: v[rows] for c, v in named.items()} for kind, named in columns.items()}
     return axis.t[rows], columns, rows, axis.about, notes
+
+
+def _repeats_whole(t: Array, columns: dict[str, dict[str, Array]]) -> bool:
+    """Whether every row that repeats the time of the one before repeats all its values: nothing is lost without it."""
+    again = np.flatnonzero(np.diff(t) == 0) + 1
+    values = [one for named in columns.values() for one in named.values()]
+    return all(np.array_equal(one[again], one[again - 1], equal_nan=True) for one in values)
 
 
 def _time_order(table: Table, t: Array, repeated: str) -> NDArray[np.int64] | None:

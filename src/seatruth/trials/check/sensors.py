@@ -14,7 +14,7 @@ from seatruth.trials.check.frozen import check_constant, moving
 from seatruth.trials.check.helpers import Channels, as_stated, make_finding, own_samples, resolution, typical_step
 from seatruth.trials.finding import Finding
 from seatruth.trials.prepare.base import WRAP_JUMP, is_angle
-from seatruth.trials.prepare.filters import hampel_outliers
+from seatruth.trials.prepare.outliers import hampel_outliers, typical_bend
 from seatruth.trials.trial import Trial
 
 
@@ -188,10 +188,10 @@ def _coarse_stretch(values: Array, lsb: float) -> tuple[NDArray[np.int64], float
 
 
 def _outliers(trial: Trial, name: str, values: Array) -> Iterator[Finding]:
-    step = typical_step(values)
+    bend = typical_bend(values)
     if is_angle(name) and (np.abs(np.diff(values[np.isfinite(values)])) > WRAP_JUMP).any():
         return  # wrapped angles are a finding of their own
-    bad, _ = hampel_outliers(values, 11, limits.OUTLIER_SIGMAS, limits.OUTLIER_STEPS * step)
+    bad, _ = hampel_outliers(values, 11, limits.OUTLIER_SIGMAS, limits.OUTLIER_STEPS * bend, t=trial.t)
     # An outlier comes back: the sample before and the sample after it agree better with each other than with it.
     rows = np.array([k for k in np.flatnonzero(bad) if _comes_back(values, int(k))], dtype=np.int64)
     if rows.size:
@@ -235,7 +235,8 @@ def _jumps(trial: Trial, name: str, values: Array, outliers: NDArray[np.int64]) 
         "warning",
         "jumps",
         f"{rows.size} jump(s) against its neighbours, the largest {sizes[k]:.3g} m at t = {trial.t[rows[k]]:.4g} s.",
-        "Mark the samples before or after as not valid, or let positions weigh less.",
+        "Remove them with 'hampel' where positions come back, mark those before or after as not valid with "
+        "'mark_invalid', or let positions weigh less.",
         channel=name,
         samples=rows,
     )

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.errors import nearest
+from seatruth.readers.csv_fields import CUT_OFF
 from seatruth.trials.check import limits
 from seatruth.trials.check.helpers import Channels, is_slower, make_finding, on_own_clock, pauses
 from seatruth.trials.finding import Finding
@@ -26,6 +27,8 @@ def check_time(trial: Trial) -> Iterator[Finding]:
         yield make_finding(
             trial, "warning", "few-samples", f"It has only {len(trial)} samples.", "Use a longer record."
         )
+    for said in (part for step in trial.steps for part in step.effect.split("; ") if CUT_OFF in part):
+        yield make_finding(trial, "note", "cut-off", said, "If its end is missing, export the log again.")
     if len(trial) < 3:
         return
     steps = np.diff(trial.t)

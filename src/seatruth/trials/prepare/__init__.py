@@ -8,10 +8,11 @@ STEPS holds every step by its name in study files, with the pydantic model of it
 """
 
 from seatruth.trials.prepare.base import STEPS, Options, Preparation, apply_steps, preparation
-from seatruth.trials.prepare.filters import differentiate, hampel, low_pass, resample
+from seatruth.trials.prepare.filters import differentiate, low_pass, resample
 from seatruth.trials.prepare.full_scale import full_scale
 from seatruth.trials.prepare.fusion import DepthFusion, fuse, fuse_depth
 from seatruth.trials.prepare.lever_arm import lever_arm
+from seatruth.trials.prepare.outliers import hampel
 from seatruth.trials.prepare.simple import (
     change_sign,
     correct,

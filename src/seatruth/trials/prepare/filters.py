@@ -1,4 +1,4 @@
-"""Outliers, zero-phase smoothing, resampling and derivatives."""
+"""Zero-phase smoothing, resampling and derivatives."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import Literal
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from seatruth.arrays import Array
@@ -17,7 +16,6 @@ from seatruth.trials.prepare.base import (
     Options,
     bridged,
     chosen_channels,
-    counted,
     gaps,
     preparation,
     refuse_wrapped,
@@ -26,78 +24,8 @@ from seatruth.trials.prepare.base import (
 )
 from seatruth.trials.trial import Trial
 
-MAD_TO_SD = 1.4826
-"""Standard deviation of a normal sample over its median absolute deviation."""
 ANTI_ALIAS = 0.4
 """Cut-off of the anti-alias filter over the new rate: four fifths of the new Nyquist frequency."""
-
-
-class Hampel(Options):
-    """`window` samples (odd), `sigmas`; outputs become not valid ("nan") or the median, inputs always the median.
-
-    `least`: deviations below it, in the channel's unit, are never outliers; by default the channel's typical step
-    from sample to sample, without which a quantised sensor's every last digit would count.
-    """
-
-    channels: list[str] | None = None
-    window: int = Field(default=11, ge=3)
-    sigmas: float = Field(default=3.0, gt=0)
-    replace: Literal["nan", "median"] = "nan"
-    least: float | None = Field(default=None, ge=0)
-
-    @model_validator(mode="after")
-    def _odd(self) -> Hampel:
-        if self.window % 2 == 0:
-            raise ValueError("window must be odd")
-        return self
-
-
-@preparation("hampel", Hampel)
-def hampel(trial: Trial, options: Hampel) -> tuple[Trial, str]:
-    """Removes outliers: samples far from the median of their neighbours (Hampel filter, outputs by default)."""
-    names = chosen_channels(trial, options.channels, trial.outputs)
-    refuse_wrapped(trial, names, "a median")
-    changed: dict[str, Array] = {}
-    counts: dict[str, int] = {}
-    for name in names:
-        values = trial.channel(name)
-        if options.window > len(trial):
-            raise BadInput(f"window {options.window} is longer than the trial, {len(trial)} samples", do="Shorten it.")
-        bad, median = hampel_outliers(values, options.window, options.sigmas, options.least)
-        use_median = options.replace == "median" or name in trial.inputs
-        changed[name] = np.where(bad, median if use_median else np.nan, values)
-        counts[name] = int(bad.sum())
-    verb = "replaced by the median" if options.replace == "median" else "removed"
-    return with_channels(trial, changed), counted(counts, len(trial), verb)
-
-
-def hampel_outliers(
-    values: Array, window: int = 11, sigmas: float = 3.0, least: float | None = None
-) -> tuple[NDArray[np.bool_], Array]:
-    """Which samples (n,) are outliers, and the median (n,) of each sample's window; missing samples are passed over."""
-    half = window // 2
-    padded = np.concatenate([np.full(half, np.nan), values, np.full(half, np.nan)])
-    views = np.lib.stride_tricks.sliding_window_view(padded, window)
-    median, spread = np.empty_like(values), np.empty_like(values)
-    for start in range(0, values.size, 100_000):  # in blocks, so that a long record needs little memory
-        block = np.sort(views[start : start + 100_000], axis=1)
-        median[start : start + 100_000] = middle = _middle(block)
-        spread[start : start + 100_000] = _middle(np.sort(np.abs(block - middle[:, None]), axis=1))
-    if least is None:
-        steps = np.abs(np.diff(values[np.isfinite(values)]))
-        least = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
-    limit = np.maximum(sigmas * MAD_TO_SD * spread, least * 1.000001)
-    with np.errstate(invalid="ignore"):
-        return np.abs(values - median) > limit, median
-
-
-def _middle(rows: Array) -> Array:
-    """Median of each sorted row, in which missing values stand last."""
-    count = np.isfinite(rows).sum(axis=1)
-    low = np.maximum((count - 1) // 2, 0)
-    high = np.maximum(count // 2, 0).clip(max=rows.shape[1] - 1)
-    index = np.arange(rows.shape[0])
-    return np.asarray(0.5 * (rows[index, low] + rows[index, high]), dtype=np.float64)
 
 
 class LowPass(Options):
