@@ -39,3 +39,19 @@ def test_what_explains_most_without_forces_is_fitted_with_them(monkeypatch: pyte
     assert choice.singles(found, fits[(), False]) == ["wave_drift", "wind"]
     del fits[(), False]
     assert found.explaining(2) == []
+
+
+def test_where_nothing_explains_anything_a_set_must_promise_what_its_prior_costs() -> None:
+    """A pair of 2000: some nine nats; where a single effect is more probable than none, every set may matter."""
+    pair = ("rudder_backlash", "rudder_dead_band")
+
+    def matters(single: float, promised: float) -> bool:
+        values = {(): 0.0, ("rudder_backlash",): single}
+        fits: Any = {(k, True): SimpleNamespace(effects=k, evidence=v, discrepancy=True) for k, v in values.items()}
+        problem: Any = SimpleNamespace(effects=available(), settings=Settings())
+        known: Any = None
+        return choice.may_matter(Search(problem, known, fits=fits), pair, promised)
+
+    assert not matters(3.8, 5.0)
+    assert matters(3.8, 12.0)
+    assert matters(30.0, 5.0)

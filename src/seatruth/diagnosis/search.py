@@ -15,7 +15,7 @@ from functools import partial
 import numpy as np
 
 from seatruth.diagnosis.actuator_starts import anywhere
-from seatruth.diagnosis.choice import WITHOUT, additions, singles
+from seatruth.diagnosis.choice import WITHOUT, additions, may_matter, singles
 from seatruth.diagnosis.directions import fit_along_waves, fit_directions
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.forces_beside import forces_wanted, may_do_without
@@ -203,8 +203,9 @@ def _fit_sets(found: Search, say: Say, expected: int, workers: int) -> None:
                 found.rival = found.leader.evidence
                 # Sets that explain as much as the leading one of their size are its look-alikes.
                 least = max(beaten, found.rival - settings.hopeless)
+                promised = found.expected(key)
                 many = causes_in(key, found.problem.effects) > settings.most_effects
-                if many or found.expected(key) < least or _fitted(found, key):
+                if many or promised < least or _fitted(found, key) or not may_matter(found, key, promised):
                     continue
                 say(_in_words(key), count, expected)
                 fit_both(found, key, leader)
@@ -256,7 +257,8 @@ def _with_direction(found: Search) -> list[Fit]:
     ranked = [found.fits.get((one.effects, one.discrepancy)) for one in hypotheses(found, found.problem.settings)]
     least = found.leader.evidence - _ALIKE
     sets = [fit for fit in ranked if fit and fit.evidence > near and (fit.evidence > least or _leads(found, fit))]
-    return [fit for fit in sets if any(effects[name].direction for name in fit.effects)]
+    sets = [fit for fit in sets if any(effects[name].direction for name in fit.effects)]
+    return [fit for fit in sets if may_matter(found, fit.effects, fit.evidence)]
 
 
 def _fit_each_trial(found: Search) -> None:

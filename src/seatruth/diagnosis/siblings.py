@@ -12,6 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from seatruth.arrays import Array
+from seatruth.diagnosis.choice import may_matter
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Search, strays
 from seatruth.diagnosis.hypothesis_fits import fit_once
@@ -31,6 +32,7 @@ def fit_siblings(found: Search) -> None:
     settings = found.problem.settings
     near = found.leader.evidence - settings.hopeless
     sets = [fit for fit in found.sets() if fit.effects and fit.evidence > near]
+    sets = [fit for fit in sets if may_matter(found, fit.effects, fit.evidence)]
     for place, at in enumerate(sets[: settings.leaders]):
         new = place == 0 and at.discrepancy and strays(found)
         for name in at.effects:
