@@ -150,3 +150,13 @@ def test_oil_and_battery_of_a_glider_are_known(header: str, name: str, unit: str
 )
 def test_the_supply_is_no_position(header: str) -> None:
     assert described_inputs({header: WAVE}, Glider.inputs, Glider()).found == {}
+
+
+def test_an_input_s_own_name_tells_its_column_among_pulses() -> None:
+    """Thrusters of an ROV that nobody calls by name; what else a column says is another thing."""
+    inputs = [Channel(name, "us") for name in ("fp", "as_", "a")]
+    columns = {name: np.array([1500.0, 1700.0]) for name in ("pwm_fp_us", "servo_as_us", "pwm_a_us", "temp_fp_us")}
+    found = described_inputs(columns, inputs, load_model("mmg")).found
+    assert {name: (hit.column, hit.unit) for name, hit in found.items()} == {
+        "fp": ("pwm_fp_us", "us"), "as_": ("servo_as_us", "us"),
+    }  # fmt: skip

@@ -24,7 +24,7 @@ NAMES: dict[str, tuple[str, ...]] = {
     "u": (
         *("u", "surge", "surge velocity", "surge speed", "speed", "forward speed", "longitudinal speed", "vx"),
         *("longitudinal velocity", "forward velocity", "velocity x", "ship speed", "u ship", "linear x"),
-        *("longitudinal ground speed", "dvl vx", "dvl u", "dvl x", "fwd speed"),
+        *("longitudinal ground speed", "dvl vx", "dvl vx fwd", "dvl vx forward", "dvl u", "dvl x", "fwd speed"),
         *(
             "dvl fwd",
             "dvl forward",
@@ -37,7 +37,7 @@ NAMES: dict[str, tuple[str, ...]] = {
     ),
     "v": (
         *("v", "sway", "sway velocity", "sway speed", "transverse speed", "lateral speed", "lateral velocity", "vy"),
-        *("linear y", "transverse ground speed", "dvl vy", "dvl v", "dvl y"),
+        *("linear y", "transverse ground speed", "dvl vy", "dvl vy stbd", "dvl vy starboard", "dvl v", "dvl y"),
         *("dvl stbd", "dvl starboard", "velocity starboard"),
     ),
     "w": (

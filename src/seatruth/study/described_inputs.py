@@ -75,6 +75,8 @@ _NEUTRAL = frozenset(
     )
 )
 """Words that do not say which input it is."""
+_BESIDE_A_NAME = _NEUTRAL | _DRIVES | frozenset(("pwm", "servo", "channel", "ch", "output", "out", "command", "cmd"))
+"""Words beside an input's own name that leave no doubt of it: "pwm_fp_us" of the input "fp"."""
 _OF_ANGLES = frozenset(("angle", "deflection"))
 """Words of what steers, which a drive has not: "jet angle"."""
 _NO_CONTENT = frozenset(("of", "the", "a", "an", "its", "and", "in", "at", "to", "by", "command", "commanded", "order"))
@@ -169,10 +171,14 @@ def _seen(columns: Sequence[str], channel: Channel, model: Model) -> list[_Seen]
     named = {*about, model.standard_of(channel.name)[0]}
     kind = next((words for tell, words in _KINDS if tell & named), frozenset[str]())
     telling = kind | {word for word in about if len(word) > 1 and not place_in(word)} - _NEUTRAL
+    own = channel.name.strip("_").lower() if len(channel.name.strip("_")) > 1 else ""
     found = []
     for column in columns:
         name, unit = split_header(column.rpartition(".")[2])
         words = spelt_out(name).split()
+        if own in words and {*words} <= {own} | _BESIDE_A_NAME:
+            found.append(_Seen(column, _ACTUATOR, unit, False))
+            continue
         told = telling & {*words}
         if not told or {*place_in(name).split()} != place or (kind is _DRIVES and {*words} & _OF_ANGLES):
             continue
