@@ -46,3 +46,20 @@ def test_errors_that_do_not_count_have_no_part() -> None:
     same, same_base = GramMatrices(problem, at.errors, at.shared, at.local, keep).weighted(sizes)
     np.testing.assert_array_equal(total, same)
     np.testing.assert_array_equal(base, same_base)
+
+
+@pytest.mark.parametrize("every", [1, 3])
+def test_other_errors_beside_the_same_derivatives_give_what_they_give_anew(every: int) -> None:
+    problem, at = case()
+    keep = None if every == 1 else np.arange(problem.count) % every == 0
+    sizes, rng = sizes_of(problem), np.random.default_rng(0)
+    grams = GramMatrices(problem, at.errors, at.shared, at.local, keep)
+    first, second = rng.standard_normal((2, problem.count))
+    for found in (grams.with_errors(first), grams.with_errors(first).with_errors(second)):
+        errors = first if found._others is not None and found._others[1] is first else second
+        total, base = found.weighted(sizes)
+        anew, own = GramMatrices(problem, errors, at.shared, at.local, keep).weighted(sizes)
+        np.testing.assert_allclose(total, anew, rtol=1e-12, atol=1e-12 * float(np.abs(anew).max()))
+        np.testing.assert_array_equal(base, own)
+    unchanged, _ = GramMatrices(problem, at.errors, at.shared, at.local, keep).weighted(sizes)
+    np.testing.assert_array_equal(grams.weighted(sizes)[0], unchanged)

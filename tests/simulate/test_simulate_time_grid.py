@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any, ClassVar
 
 import numpy as np
 import psutil
@@ -12,6 +14,8 @@ from known_models import Lag, exact_lag, record_of, step_record
 
 from seatruth.errors import BadInput
 from seatruth.simulate import simulator
+from seatruth.simulate.time_grid import time_grid, with_inputs
+from seatruth.trials.channel import Channel, Hold
 from seatruth.trials.trial import Trial
 
 
@@ -90,3 +94,64 @@ def test_trials_that_cannot_be_simulated_are_named() -> None:
         simulator(Lag(), [])
     with pytest.raises(BadInput, match="does not increase"):
         simulator(Lag(), [Trial("back", t[::-1], {"push": t}, {})])
+
+
+def test_a_grid_with_other_inputs_is_the_one_made_anew() -> None:
+    """Held and linear inputs, gaps, several steps in an interval; what did not change stays the same array of times."""
+    rng = np.random.default_rng(0)
+    t = np.sort(rng.uniform(0.0, 20.0, 60))
+
+    class Two(Lag):
+        inputs = (Channel("push", "1"), Channel("pull", "1"))
+        holds: ClassVar[dict[str, Hold]] = {"pull": "zoh"}
+
+    def trial(seed: int, name: str) -> Trial:
+        values = np.random.default_rng(seed).standard_normal((2, t.size))
+        return Trial(name, t, {"push": values[0], "pull": values[1]}, {})
+
+    model, before = Two(), [trial(1, "a"), trial(2, "b")]
+    after = [
+        replace(one, inputs={**one.inputs, "pull": other.inputs["pull"]}) for one, other in zip(before, before[::-1])
+    ]
+    last = [replace(one, inputs={**one.inputs, "push": -one.inputs["push"]}) for one in after]
+    own = time_grid(model, before, "foh", 0.05)
+    once = with_inputs(own, model, after, {"pull"}, "foh")
+    twice = with_inputs(once, model, last, {"push"}, "foh")
+    for grid, trials in ((once, after), (twice, last)):
+        anew = time_grid(model, trials, "foh", 0.05)
+        np.testing.assert_array_equal(grid.inputs, anew.inputs)
+        np.testing.assert_array_equal(grid.stage_inputs, anew.stage_inputs)
+        assert grid.t is own.t
+        assert grid.base is own
+    assert (once.changed, twice.changed) == ({1}, {0, 1})
+    with pytest.raises(BadInput, match="trial 'a', channel 'push'"):
+        with_inputs(
+            own, model, [replace(after[0], inputs={**after[0].inputs, "push": np.full(60, np.nan)})], {"push"}, "foh"
+        )
+
+
+def test_a_simulator_with_other_inputs_gives_what_one_made_anew_gives() -> None:
+    """Also where an equation uses the input in an expression of its own, and where a time changes."""
+
+    class Squared(Lag):
+        inputs = (Channel("push", "1"), Channel("pull", "1"))
+
+        @staticmethod
+        def rhs(s: Any, i: Any, p: Any) -> Any:
+            rest = Lag.rhs(s, i, p)
+            return rest[0] + 0.1 * i.pull * i.pull, rest[1]
+
+    t = np.arange(0.0, 20.0, 0.25)
+    base = Trial("run", t, {"push": np.sin(t), "pull": np.cos(t)}, {})
+    others = [
+        replace(base, inputs={**base.inputs, "pull": np.cos(2.0 * t)}),
+        replace(base, inputs={**base.inputs, "push": np.sin(3.0 * t)}),
+        replace(base, t=t + 1.0),
+    ]
+    own = simulator(Squared(), [base])
+    own.outputs(np.zeros((1, 0)), np.zeros((1, 2)))
+    for other in others:
+        found = own.rebind(trials=[other]).outputs(np.zeros((1, 0)), np.zeros((1, 2))).y
+        anew = simulator(Squared(), [other]).outputs(np.zeros((1, 0)), np.zeros((1, 2))).y
+        np.testing.assert_array_equal(found, anew)
+        assert not np.array_equal(found, own.outputs(np.zeros((1, 0)), np.zeros((1, 2))).y) or other is others[2]

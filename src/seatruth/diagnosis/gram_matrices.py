@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import copy
 import math
 
 import numpy as np
 from scipy.linalg.blas import daxpy
 
-from seatruth.arrays import Array, Flags
+from seatruth.arrays import Array, Flags, Indices
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.sizes import Sizes, noise_shapes
 from seatruth.statistics.state_space_noise import whiten
@@ -28,6 +29,9 @@ class GramMatrices:
         self._shapes = noise_shapes(problem.settings)
         self._blocks: dict[tuple[int, int], tuple[Array, Array]] = {}
         self._found: dict[tuple[int, int], tuple[Array, Array]] = {}
+        self._white: dict[tuple[int, int], dict[int, Array]] = {}
+        self._rows: dict[tuple[int, int], Indices] = {}
+        self._others: tuple[GramMatrices, Array] | None = None
         self.size = 1 + shared.shape[1] + own.shape[1]
         """How many columns they have, m."""
         self.counts = np.zeros((len(problem.trials), len(problem.outputs)))
@@ -37,11 +41,40 @@ class GramMatrices:
             t = one.t if keep is None else one.t[keep[one.rows]]
             block = np.concatenate([errors[rows, None], shared[rows], own[rows]], axis=1)
             self._blocks[one.trial, one.channel] = block, t
+            self._rows[one.trial, one.channel] = rows
             self.counts[one.trial, one.channel] = len(rows)
+
+    def with_errors(self, errors: Array) -> GramMatrices:
+        """The same with other errors (N,): the derivatives, which are nearly all of them, are whitened once for all."""
+        found = copy.copy(self)
+        found._found, found._others = {}, (self if self._others is None else self._others[0], errors)
+        return found
+
+    def _whitened(self, channel: int, shape: int) -> dict[int, Array]:
+        """The columns of one channel in each trial, whitened."""
+        key = channel, shape
+        if key not in self._white:
+            blocks = {trial: found for (trial, which), found in self._blocks.items() if which == channel}
+            self._white[key] = {trial: whiten(*found, self._shapes[shape])[0] for trial, found in blocks.items()}
+        return self._white[key]
+
+    def _of_others(self, whole: GramMatrices, errors: Array, channel: int, shape: int) -> tuple[Array, Array]:
+        """As `of`, from those of the derivatives that `whole` holds, and other errors."""
+        grams, logs = whole.of(channel, shape)
+        grams = grams.copy()
+        for trial, columns in whole._whitened(channel, shape).items():
+            rows = self._rows[trial, channel]
+            white, _ = whiten(errors[rows], self._blocks[trial, channel][1], self._shapes[shape])
+            grams[trial, 0] = white @ columns
+            grams[trial, 0, 0] = white @ white
+            grams[trial, :, 0] = grams[trial, 0]
+        return grams, logs
 
     def of(self, channel: int, shape: int) -> tuple[Array, Array]:
         """Those of one channel (T, m, m) under noise of one shape, and log-determinants of the noise (T,)."""
         key = channel, shape
+        if key not in self._found and self._others is not None:
+            self._found[key] = self._of_others(*self._others, channel, shape)
         if key not in self._found:
             trials = len(self.counts)
             grams, logs = np.zeros((trials, self.size, self.size)), np.zeros(trials)

@@ -17,7 +17,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg.blas import dtrsm
@@ -60,7 +60,7 @@ class Likelihood(SharedLikelihood):
         columns, priors = problem.active(at.effects, discrepancy=at.discrepancy), PriorRoots(problem)
         # Gram matrices are taken with errors at the prior means of everything that is not held.
         super().__init__(problem, columns, priors, (problem.mean - at.point.shared)[columns], held)
-        self.point, self._at = at.point, at
+        self.point = at.point
         own_columns = priors.over_knots(at.local, priors.time)
         self._locals = at.local.shape[1]
         self.grams = GramMatrices(problem, at.errors, at.shared[:, columns], own_columns, keep)
@@ -108,7 +108,8 @@ class Likelihood(SharedLikelihood):
 
     def without_priors_pull(self, errors: Array) -> Likelihood:
         """The same with other errors (N,), which no prior draws anywhere. For `solve` alone."""
-        found = Likelihood(self.problem, replace(self._at, errors=errors), held=self.held)
+        found = copy.copy(self)
+        found.grams, found._last_gram, found._last_reduced = self.grams.with_errors(errors), None, None
         found._offset, found._local_offset = np.zeros_like(self._offset), np.zeros_like(self._local_offset)
         return found
 

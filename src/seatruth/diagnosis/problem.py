@@ -20,7 +20,14 @@ from seatruth.arrays import Array, Flags, Indices
 from seatruth.costs.options import TrajectoryOptions
 from seatruth.costs.parameter_space import ParameterSpace
 from seatruth.diagnosis.discrepancy.black_box import DiscrepancyBlackBox
-from seatruth.diagnosis.discrepancy.model import DiscrepancyModel, can_carry, humps_of, scales_of, with_forces
+from seatruth.diagnosis.discrepancy.model import (
+    DiscrepancyModel,
+    can_carry,
+    humps_of,
+    scales_of,
+    with_forces,
+    with_moved_forces,
+)
 from seatruth.diagnosis.few_runs import FewRuns
 from seatruth.diagnosis.sections import in_sections, knots_of_section
 from seatruth.diagnosis.servo_starts import begun_under_way, near_orders
@@ -367,11 +374,9 @@ class Problem:
 
     def bound(self, point: Point, free: Sequence[str]) -> Simulator:
         """The simulator whose candidates set these parameters, all else as at a point."""
-        values = dict(zip(self.space.varying, self.theta(point)))
-        values = {**self.space.nominal(), **values}
-        trials = None
+        values, trials = {**self.space.nominal(), **dict(zip(self.space.varying, self.theta(point)))}, None
         if self.discrepancy is not None and point.forces.any():
-            trials = [with_forces(t, self.discrepancy, f) for t, f in zip(self.trials, point.forces)]
+            trials = [with_moved_forces(t, self.discrepancy, f) for t, f in zip(self.trials, point.forces)]
         return self._simulator.rebind(free=tuple(free), values=values, trials=trials)
 
     def _free_values(self, point: Point) -> Array:

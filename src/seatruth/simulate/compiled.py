@@ -14,7 +14,7 @@ from seatruth.simulate.compiler.program import Program, program
 from seatruth.simulate.compiler.sensitivities import sensitivities
 from seatruth.simulate.compiler.system import Directions
 from seatruth.simulate.setup import Setup
-from seatruth.simulate.time_grid import TimeGrid, time_grid
+from seatruth.simulate.time_grid import TimeGrid, time_grid, with_inputs
 from seatruth.trials.channel import Hold
 from seatruth.trials.trial import Trial
 
@@ -113,12 +113,24 @@ class CompiledSimulator:
         trials: Sequence[Trial] | None = None,
     ) -> CompiledSimulator:
         """See `Simulator.rebind`."""
-        grid = self._grid if trials is None else None
+        grid = self._grid if trials is None else self._grid_of(trials)
         changed = CompiledSimulator(
             self._setup.changed(free, values, trials), self._hold, self._max_step, self._threads, grid
         )
         changed.__dict__["_program"] = self._program
         return changed
+
+    def _grid_of(self, trials: Sequence[Trial]) -> TimeGrid | None:
+        """The grid of other trials where these differ from its own in inputs alone; None where it is made anew."""
+        own, names = self._setup.trials, [channel.name for channel in self.model.inputs]
+        pairs = list(zip(own, trials))
+        same = len(own) == len(trials) and all(old.name == new.name and old.t is new.t for old, new in pairs)
+        if not same or not all(name in new.inputs for new in trials for name in names):
+            return None
+        changed = {name for name in names if any(old.inputs[name] is not new.inputs[name] for old, new in pairs)}
+        if changed & {*self.model.delays}:
+            return None
+        return with_inputs(self._grid, self.model, trials, changed, self._hold) if changed else self._grid
 
     def discretisation_error(self, theta: Array, x0: Array) -> Array:
         """See `Simulator.discretisation_error`."""

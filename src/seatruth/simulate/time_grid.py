@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -41,7 +41,9 @@ class TimeGrid:
     samples. `substeps` (N,): steps in the interval that begins at a sample, 0 at a trial's last; `length` (N,) s: of
     each of those steps. `stage_t` (3 M,) s and `stage_inputs` (3 M, I): at the start, middle and end of each step;
     `stage_start` (T,): a trial's first row in them. `trial` (N,) and `stage_trial` (3 M,): `e.trial` in each row.
-    `step` (M,) s: the length of each step.
+    `step` (M,) s: the length of each step. `interval` (M,): the sample at which the interval of each step begins, and
+    `share` (M, 3): how far through it the step's stages are. `base` is a grid that differs in the inputs `changed`, by
+    their places, alone; what was computed for it from others holds for this one.
     """
 
     rows: list[slice]
@@ -56,6 +58,10 @@ class TimeGrid:
     trial: Array
     stage_trial: Array
     step: Array
+    interval: Integers
+    share: Array
+    base: TimeGrid | None = None
+    changed: frozenset[int] = frozenset()
 
     @property
     def steps(self) -> int:
@@ -94,7 +100,49 @@ def time_grid(model: Model, trials: Sequence[Trial], hold: Hold, max_step: float
         trial=np.repeat(numbers, sizes),
         stage_trial=np.repeat(numbers, stages),
         step=np.concatenate([np.repeat(grid.length, grid.substeps) for grid in grids]),
+        interval=np.concatenate([first + grid.interval for first, grid in zip(start, grids)]),
+        share=np.concatenate([grid.share for grid in grids]),
     )
+
+
+def with_inputs(grid: TimeGrid, model: Model, trials: Sequence[Trial], names: Collection[str], hold: Hold) -> TimeGrid:
+    """The grid of the same trials with other values of some inputs, none of them delayed; as made anew, only sooner.
+
+    Raises BadInput for an input that is not finite.
+    """
+    inputs, stage_inputs, holds = grid.inputs.copy(), grid.stage_inputs.copy(), _holds(model, hold)
+    places = [k for k, channel in enumerate(model.inputs) if channel.name in names]
+    for k in places:
+        inputs[:, k] = column = np.concatenate([_finite_input(trial, model.inputs[k].name) for trial in trials])
+        stage_inputs[:, k] = _between(column, grid.interval, grid.share, holds[k]).reshape(-1)
+    base, changed = (grid, frozenset(places)) if grid.base is None else (grid.base, grid.changed | {*places})
+    return replace(grid, inputs=inputs, stage_inputs=stage_inputs, base=base, changed=changed)
+
+
+def _holds(model: Model, hold: Hold) -> list[Hold]:
+    """How each input goes between its samples."""
+    usual: dict[str, Hold] = {**dict.fromkeys(model.linear, "foh"), **model.holds}
+    return [usual.get(channel.name, hold) for channel in model.inputs]
+
+
+def _between(values: Array, interval: Integers, share: Array, hold: Hold) -> Array:
+    """Values (n,) or (n, I) at shares (M, 3) of the way from samples (M,) to the next ones: (M, 3) or (M, 3, I)."""
+    before, after = values[interval], values[interval + 1]
+    if hold == "zoh":
+        return np.repeat(before[:, None], share.shape[1], axis=1)
+    found = before[:, None] + share.reshape(*share.shape, *(1,) * (values.ndim - 1)) * (after - before)[:, None]
+    found[share == 1.0] = after[share[:, 2] == 1.0]
+    return np.asarray(found)
+
+
+def _finite_input(trial: Trial, name: str) -> Array:
+    """The samples of an input; BadInput where one is not finite."""
+    column = trial.inputs[name]
+    if not np.isfinite(column).all():
+        bad = int(np.flatnonzero(~np.isfinite(column))[0])
+        place = f"trial {trial.name!r}, channel {name!r}, t = {trial.t[bad]:g} s"
+        raise BadInput("the input is not finite", where=place, do="Add the step fill_gaps, or cut the trial there.")
+    return column
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,18 +153,13 @@ class _TrialGrid:
     length: Array
     stage_t: Array
     stage_inputs: Array
+    interval: Integers
+    share: Array
 
 
 def _of_trial(model: Model, trial: Trial, hold: Hold, max_step: float | None, finer: int) -> _TrialGrid:
     where = f"trial {trial.name!r}"
-    columns = []
-    for channel in model.inputs:
-        column = trial.inputs[channel.name]
-        if not np.isfinite(column).all():
-            bad = int(np.flatnonzero(~np.isfinite(column))[0])
-            place = f"{where}, channel {channel.name!r}, t = {trial.t[bad]:g} s"
-            raise BadInput("the input is not finite", where=place, do="Add the step fill_gaps, or cut the trial there.")
-        columns.append(column)
+    columns = [_finite_input(trial, channel.name) for channel in model.inputs]
     inputs = np.stack(columns, axis=1) if columns else np.zeros((len(trial), 0))
     t = np.asarray(trial.t)
     late = [(k, model.delays[channel.name]) for k, channel in enumerate(model.inputs) if channel.name in model.delays]
@@ -130,13 +173,9 @@ def _of_trial(model: Model, trial: Trial, hold: Hold, max_step: float | None, fi
     nodes = np.array([0.0, 0.5, 1.0])
     share = (number[:, None] + nodes) / counts[interval][:, None] if interval.size else np.zeros((0, 3))
     stage_t = t[interval][:, None] + share * intervals[interval][:, None]
-    before, after = inputs[:-1][interval], inputs[1:][interval]
-    stage_inputs = before[:, None, :] + share[:, :, None] * (after - before)[:, None, :]
-    stage_inputs[share == 1.0] = after[share[:, 2] == 1.0]
-    usual: dict[str, Hold] = {**dict.fromkeys(model.linear, "foh"), **model.holds}
-    holds = [usual.get(channel.name, hold) for channel in model.inputs]
+    stage_inputs, holds = _between(inputs, interval, share, "foh"), _holds(model, hold)
     held = [k for k, one in enumerate(holds) if one == "zoh"]
-    stage_inputs[:, :, held] = before[:, None, held]
+    stage_inputs[:, :, held] = inputs[interval][:, None, held]
     for k, delay in late:
         column = inputs[:, k].copy()
         inputs[:, k] = _delayed(t, column, t - delay, holds[k])
@@ -149,6 +188,8 @@ def _of_trial(model: Model, trial: Trial, hold: Hold, max_step: float | None, fi
         length=length,
         stage_t=stage_t.reshape(-1),
         stage_inputs=stage_inputs.reshape(stage_t.size, inputs.shape[1]),
+        interval=interval,
+        share=share,
     )
 
 

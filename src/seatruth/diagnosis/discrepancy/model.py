@@ -222,6 +222,16 @@ def with_forces(trial: Trial, model: MissingForces, forces: Array | None = None)
     return dataclasses.replace(trial, inputs={**trial.inputs, **extra})
 
 
+def with_moved_forces(trial: Trial, model: MissingForces, forces: Array) -> Trial:
+    """A trial that has missing accelerations among its inputs with other ones: `forces` (equations, knots).
+
+    No other input is made anew, so that a simulator can keep what it knows of these.
+    """
+    basis = hats(np.asarray(trial.t) - float(trial.t[0]), model.spacing, model.knots)
+    forced = {force_input(state): basis @ forces[k] for k, state in enumerate(model.equations)}
+    return dataclasses.replace(trial, inputs={**trial.inputs, **forced})
+
+
 def can_carry(model: Model) -> bool:
     """Whether missing forces can be added to a model: not where nothing moves, nor to a black box without a port."""
     return bool(equations(model))

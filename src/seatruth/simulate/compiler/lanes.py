@@ -62,3 +62,17 @@ def lane_blocks(size: int, trials: int, threads: int) -> list[tuple[slice, int]]
         if 0 < cut < size
         else [(slice(0, size), WIDE if cut else NARROW)]
     )
+
+
+def in_groups(directions: Array, blocks: int) -> Array:
+    """(directions, items) -> (blocks, groups x items, FEW)."""
+    items = directions.shape[1]
+    split = directions.reshape(blocks, -1, FEW, items)
+    return split.transpose(0, 1, 3, 2).reshape(blocks, -1, FEW)
+
+
+def from_groups(lanes: Array, groups: int) -> Array:
+    """(blocks, rows, groups x items, FEW) -> (rows, items, directions)."""
+    blocks, rows = lanes.shape[:2]
+    split = lanes.reshape(blocks, rows, groups, -1, FEW)
+    return split.transpose(1, 3, 0, 2, 4).reshape(rows, split.shape[3], -1)

@@ -10,7 +10,7 @@ equations calculate with it, as in Python.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from seatruth.simulate.compiler.operations import COMPARISONS
@@ -171,3 +171,11 @@ def ordered(roots: Iterable[Node]) -> list[Node]:
             seen[id(node)] = node
             open_nodes.extend(node.args)
     return sorted(seen.values(), key=lambda node: node.order)
+
+
+def leaves_among(nodes: Sequence[Node], leaves: Mapping[int, int]) -> dict[int, int] | None:
+    """Places of the nodes that are some leaves (by `id`), each with that leaf's number; None if others use these."""
+    rest = ordered(node for node in nodes if id(node) not in leaves)
+    if any(id(node) in leaves for node in rest):
+        return None
+    return {place: leaves[id(node)] for place, node in enumerate(nodes) if id(node) in leaves}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import cached_property
 from typing import Literal, NamedTuple
 from weakref import WeakKeyDictionary
@@ -22,9 +22,9 @@ from seatruth.simulate.compiler.kernels import (
     servo_values,
     simulation_kernel,
 )
-from seatruth.simulate.compiler.lanes import FEW, NARROW, from_lanes, lane_blocks, to_lanes
+from seatruth.simulate.compiler.lanes import FEW, NARROW, from_groups, from_lanes, in_groups, lane_blocks, to_lanes
 from seatruth.simulate.compiler.machine_code import Kernel, kernel
-from seatruth.simulate.compiler.node import Node, ordered
+from seatruth.simulate.compiler.node import Node, leaves_among, ordered
 from seatruth.simulate.compiler.pool import Buffer, Kept, run_kernel
 from seatruth.simulate.compiler.system import Directions, System, differentiated, differentiated_rates
 from seatruth.simulate.compiler.trace import Equations, trace
@@ -71,6 +71,7 @@ class Program:
         self._systems: dict[int, System] = {}
         self._evaluation_kernels: dict[object, Kernel] = {}
         self._features: WeakKeyDictionary[TimeGrid, dict[object, Array]] = WeakKeyDictionary()
+        self._moves: dict[tuple[int, int, frozenset[int]], dict[int, int] | None] = {}
         self._buffers: WeakKeyDictionary[TimeGrid, dict[int, tuple[_SimulationKernel, Kept]]] = WeakKeyDictionary()
 
     def squared_errors(
@@ -159,10 +160,10 @@ class Program:
         first[:size] = along.first_states(states)
         lanes = np.empty((blocks, (1 + groups) * parameters, FEW))
         lanes[:, :parameters] = values[:, None]
-        lanes[:, parameters:] = _in_groups(moved, blocks)
+        lanes[:, parameters:] = in_groups(moved, blocks)
         starts = np.empty((blocks, len(grid.rows), (1 + groups) * states, FEW))
         starts[:, :, :states] = x0[:, :, None]
-        starts[:, :, states:] = _in_groups(first, blocks)[:, None]
+        starts[:, :, states:] = in_groups(first, blocks)[:, None]
         system = self._differentiated(groups)
         chosen = self._simulation_kernel(f"derivatives in {groups} groups", FEW, system)
         at_once = max(1, _MOST_DERIVATIVES // (samples * len(system.outputs) * 8 * FEW))
@@ -173,8 +174,8 @@ class Program:
             record = np.full((count, samples, len(system.outputs), FEW), math.nan)
             last = np.empty((count, len(grid.rows), len(system.states), FEW))
             self._simulate(chosen, grid, lanes[block], starts[block], threads, {"record": record, "x_end": last})
-            dy.append(_from_groups(record[:, :, outputs:], groups))
-            dx_end.append(_from_groups(last[:, :, states:], groups))
+            dy.append(from_groups(record[:, :, outputs:], groups))
+            dx_end.append(from_groups(last[:, :, states:], groups))
         y, x_end = np.array(record[0, :, :outputs, 0]), np.array(last[0, :, :states, 0])
         return Derivatives(y, _joined(dy, size), x_end, _joined(dx_end, size))
 
@@ -281,13 +282,38 @@ class Program:
         key = (id(t), id(features))
         if key not in kept:
             e = self.equations
-            kept[key] = self._feature_values(features, (*e.inputs, e.time, e.trial), np.stack([*inputs.T, t, trial]))
+            moved = None if grid.base is None else self._moved(features, e.inputs, grid.changed)
+            if grid.base is None or moved is None:
+                rows = np.stack([*inputs.T, t, trial]) if features else np.zeros((0, len(t)))
+                kept[key] = self._feature_values(features, (*e.inputs, e.time, e.trial), rows)
+            else:
+                before = grid.base.inputs if t is grid.t else grid.base.stage_inputs
+                kept[key] = self._grid_features(grid.base, features, t, trial, before)
+                if moved:
+                    kept[key] = kept[key].copy()
+                    for place, k in moved.items():
+                        kept[key][:, place] = inputs[:, k]
         return kept[key]
+
+    def _moved(
+        self, features: tuple[Node, ...], leaves: Sequence[Node], changed: Collection[int]
+    ) -> dict[int, int] | None:
+        """Places of the features that are leaves that changed, each with that leaf's; None where others change too."""
+        key = (id(features), id(leaves), frozenset(changed))
+        if key not in self._moves:
+            self._moves[key] = leaves_among(features, {id(leaves[k]): k for k in changed})
+        return self._moves[key]
 
     def _step_features(self, grid: TimeGrid, features: tuple[Node, ...]) -> Array:
         """Nodes of a step's orders and its length alone, for every step (M, features); kept as long as the grid."""
         kept, e = self._features.setdefault(grid, {}), self.equations
         key = ("steps", id(features))
+        if key not in kept and not features:
+            kept[key] = np.zeros((grid.steps, 0))
+        if key not in kept and grid.base is not None:
+            moved = [self._moved(features, leaves, grid.changed) for leaves in (e.orders, e.later)]
+            if moved == [{}, {}]:
+                kept[key] = self._step_features(grid.base, features)
         if key not in kept:
             rows = np.stack([*grid.stage_inputs[0::3].T, *grid.stage_inputs[2::3].T, grid.step])
             kept[key] = self._feature_values(features, (*e.orders, *e.later, e.length), rows)
@@ -334,20 +360,6 @@ class Program:
         sizes = {"tasks": tasks, "chunks": chunks, "chunk": _CHUNK, "rows": padded}
         run_kernel(self._evaluation_kernels[key], EVALUATION_CONTEXT, buffers, sizes, threads, tasks)
         return answer[:, :, :size]
-
-
-def _in_groups(directions: Array, blocks: int) -> Array:
-    """(directions, items) -> (blocks, groups x items, FEW)."""
-    items = directions.shape[1]
-    split = directions.reshape(blocks, -1, FEW, items)
-    return split.transpose(0, 1, 3, 2).reshape(blocks, -1, FEW)
-
-
-def _from_groups(lanes: Array, groups: int) -> Array:
-    """(blocks, rows, groups x items, FEW) -> (rows, items, directions)."""
-    blocks, rows = lanes.shape[:2]
-    split = lanes.reshape(blocks, rows, groups, -1, FEW)
-    return split.transpose(1, 3, 0, 2, 4).reshape(rows, split.shape[3], -1)
 
 
 def _joined(parts: Sequence[Array], size: int) -> Array:
