@@ -212,24 +212,28 @@ def with_forces(trial: Trial, model: MissingForces, forces: Array | None = None)
 
     A model whose equations are known gets the hats of the knots as well.
     """
-    basis = hats(np.asarray(trial.t) - float(trial.t[0]), model.spacing, model.knots)
-    extra = {
-        force_input(state): np.zeros(len(trial)) if forces is None else basis @ forces[k]
-        for k, state in enumerate(model.equations)
-    }
+    shapes: dict[str, Array] = {}
     if isinstance(model, DiscrepancyModel):
-        extra |= {hat_input(k): basis[:, k] for k in range(model.knots)}
-    return dataclasses.replace(trial, inputs={**trial.inputs, **extra})
+        basis = _basis(trial, model)
+        shapes = {hat_input(k): basis[:, k] for k in range(model.knots)}
+    none = np.zeros((len(model.equations), model.knots))
+    shaped = dataclasses.replace(trial, inputs={**trial.inputs, **shapes})
+    return with_moved_forces(shaped, model, none if forces is None else forces)
 
 
 def with_moved_forces(trial: Trial, model: MissingForces, forces: Array) -> Trial:
-    """A trial that has missing accelerations among its inputs with other ones: `forces` (equations, knots).
+    """A trial that has all that `with_forces` gives it, with other missing accelerations: `forces` (equations, knots).
 
     No other input is made anew, so that a simulator can keep what it knows of these.
     """
-    basis = hats(np.asarray(trial.t) - float(trial.t[0]), model.spacing, model.knots)
+    basis = _basis(trial, model)
     forced = {force_input(state): basis @ forces[k] for k, state in enumerate(model.equations)}
     return dataclasses.replace(trial, inputs={**trial.inputs, **forced})
+
+
+def _basis(trial: Trial, model: MissingForces) -> Array:
+    """The hats of a model's knots at a trial's samples, (n, knots)."""
+    return hats(np.asarray(trial.t) - float(trial.t[0]), model.spacing, model.knots)
 
 
 def can_carry(model: Model) -> bool:
