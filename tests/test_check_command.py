@@ -7,6 +7,9 @@ from pathlib import Path
 import pytest
 from nomoto_ship import SHIP, call, write_ship
 
+from seatruth.commands import check
+from seatruth.trials.finding import Finding
+
 
 @pytest.mark.parametrize(
     ("noise", "said"),
@@ -55,3 +58,21 @@ def test_a_fault_in_ones_own_model_is_told_as_such_beside_what_the_data_show(
         assert "fault in seatruth" not in said + shown.err
     assert call("init", "zigzag.csv", "--model", "ship.py:Nomoto", "-o", "other.toml") == 1
     assert f"ship.py, line {line}" in " ".join(capsys.readouterr().err.split())
+
+
+def test_one_drop_out_of_a_receiver_is_said_once_for_all_that_it_gives(capsys: pytest.CaptureFixture[str]) -> None:
+    """Channels together, and trials; what is said of another stretch stands for itself."""
+
+    def gap(channel: str, trial: str, until: float) -> Finding:
+        said = f"No valid sample from t = 2 to {until:g} s."
+        where = f"{trial}.csv, lines 3-9, channel {channel!r}"
+        return Finding("note", "output-gap", said, where, "Check that.", trial, channel)
+
+    findings = [gap(channel, "turn", 5.0) for channel in ("x", "y", "sog")]
+    findings += [gap(channel, "run", 7.0) for channel in ("x", "y", "sog")] + [gap("r", "turn", 9.0)]
+    check._show(findings)
+    shown = " ".join(capsys.readouterr().out.split())
+    assert shown.count("[output-gap]") == 2
+    assert "turn.csv, lines 3-9, channels 'x', 'y' and 'sog': No valid sample from t = 2 to 5 s." in shown
+    assert "[output-gap] Also in 'run'." in shown
+    assert "channel 'r': No valid sample from t = 2 to 9 s." in shown

@@ -77,8 +77,17 @@ def _show(findings: Sequence[Finding]) -> None:
     counts = {kind: sum(finding.severity == kind for finding in findings) for kind in _STYLES}
     say("\n" + ", ".join(f"{count} {kind}{'s' if count > 1 else ''}" for kind, count in counts.items() if count))
     for first, *others in _alike(findings):
-        also = f" Also in {listed([repr(other.trial) for other in others])}." if others else ""
-        say(f"{first}{also}", style=_STYLES[first.severity])
+        places = list(dict.fromkeys(repr(other.trial) for other in others if other.trial != first.trial))
+        also = f" Also in {listed(places)}." if places else ""
+        say(f"{_of_channels(first, others)}{also}", style=_STYLES[first.severity])
+
+
+def _of_channels(first: Finding, others: Sequence[Finding]) -> str:
+    """A finding in words, with all channels of its trial of which the same is said."""
+    names = [first.channel, *(other.channel for other in others if other.trial == first.trial)]
+    if len(names) == 1:
+        return str(first)
+    return str(first).replace(f"channel {first.channel!r}", f"channels {listed([repr(name) for name in names])}", 1)
 
 
 def _alike(findings: Sequence[Finding]) -> list[list[Finding]]:
@@ -90,7 +99,13 @@ def _alike(findings: Sequence[Finding]) -> list[list[Finding]]:
         if finding.trial and any(other.trial == finding.trial for other in same):
             same = groups.setdefault((*key, number), [])
         same.append(finding)
-    return list(groups.values())
+    # One drop-out of a receiver is missing in all that it gives.
+    together: dict[tuple[object, ...], list[Finding]] = {}
+    for number, same in enumerate(groups.values()):
+        first = same[0]
+        said = (first.code, first.message, *(one.trial for one in same)) if first.channel else (number,)
+        together.setdefault(said, []).extend(same)
+    return list(together.values())
 
 
 def _preview(study: Study) -> pd.DataFrame:
