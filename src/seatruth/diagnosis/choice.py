@@ -18,7 +18,7 @@ _CURVED = 5
 WITHOUT = 2
 """Effects that explain most without forces of no name, which are fitted with them whatever is linearized there. [S]"""
 _PROBABLE = 0.05
-"""Probability over that of no effect from which a set could matter. Convention."""
+"""Probability over that of no effect from which a set could matter. [S]"""
 _ALIKE = 3.0
 """nats of linearized evidence behind the best further effect within which others may look like it: odds of 20. [S]"""
 

@@ -138,9 +138,9 @@ COARSE_STEPS = 8
 COARSE_PART = 0.05
 """... and the smallest part of the record that they must fill."""
 OUTLIER_SIGMAS = 8.0
-"""Distance from the median of eleven neighbours, in their robust standard deviation: one in 1e15 for normal noise."""
+"""Distance from a line through eleven neighbours, in their robust standard deviation: one in 1e15 for normal noise."""
 OUTLIER_STEPS = 10.0
-"""... and in the channel's typical step from sample to sample."""
+"""... and in the channel's typical bend from sample to sample."""
 JUMP_SIGMAS = 15.0
 JUMP_STEPS = 15.0
 JUMP_PART = 0.5
