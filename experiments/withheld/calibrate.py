@@ -23,6 +23,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -170,7 +171,7 @@ def table(truth: Mapping[str, Any], verdict: Mapping[str, Any]) -> Case:
         sensors_alone(
             np.array([float(row["log_evidence"]) for row in rows]),
             [tuple(row["effects"]) for row in rows],
-            errors_of_sensors(available()),
+            _of_sensors(),
         ),
         tuple(tuple(row["effects"]) for row in rows),
     )
@@ -214,6 +215,12 @@ def _beside_forces(
     return apart, (value[best] - null, forces[0] - null, max(beside) - alone)
 
 
+@cache
+def _of_sensors() -> dict[str, frozenset[str]]:
+    """As `errors_of_sensors`, of what is installed. Looked up once: a search asks for a posterior 100,000 times."""
+    return errors_of_sensors(available())
+
+
 def posterior(case: Case, constants: Constants) -> Array:
     """Probability of each answer, (answers,)."""
     kind = np.array([constants.none, 0.0, constants.two, constants.more])[np.minimum(case.count, 3)]
@@ -231,8 +238,8 @@ def posterior(case: Case, constants: Constants) -> Array:
         limit = form_limit(*case.forces, constants.unseen_form)
         counts = beyond_the_form(counts, case.log_evidence, case.apart, limit, constants.temperature)
     if case.keys:
-        on, sensors = case.discrepancy > 0.0, errors_of_sensors(available())
-        given = case.keys, on.tolist(), sensors, constants.unseen_form, constants.temperature
+        on = case.discrepancy > 0.0
+        given = case.keys, on.tolist(), _of_sensors(), constants.unseen_form, constants.temperature
         counts = errors_beside_forces(counts, case.log_evidence, *given)
     log = counts + case.log_prior + kind + case.discrepancy * beside
     weight = np.exp(log - log.max())
