@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import small_case as small
 
 from seatruth.diagnosis import hypothesis_fits
-from seatruth.diagnosis.fit import Fit
+from seatruth.diagnosis.fit import Fit, fit, fit_at
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.problem import Point
 from seatruth.diagnosis.search import search
@@ -95,3 +97,46 @@ def test_where_a_fit_stops_the_earlier_one_stands(ship_folder: Path, offset_runs
     )
     assert again is known
     assert found.fits[key, False] is known
+
+
+def test_a_further_fit_ends_where_it_comes_to_a_known_optimum(
+    ship_folder: Path, offset_runs: list[Trial], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From afar it takes a few steps; the optimum of another value of the effect does not end it."""
+    problem = small.problem(ship_folder, offset_runs)
+    found, key = search(problem, small.silent), ("rudder_offset",)
+    known = found.fits[key, False]
+    ends: list[Fit] = []
+
+    def noted(*given: Any, **named: Any) -> Fit:
+        ends.append(fit(*given, **named))
+        return ends[-1]
+
+    monkeypatch.setattr(hypothesis_fits, "fit", noted)
+    columns = problem.columns["rudder_offset"]
+    shared = known.point.shared.copy()
+    shared[columns] *= 1.5
+    away = Point(shared, known.point.initial, known.point.forces)
+    assert not known.leads_here(problem, away)
+    stop = found.known_end(key, False)
+    again = hypothesis_fits.fit_once(found, key, False, away, known.sizes, attempt="from afar", stop=stop)
+    assert again is known
+    assert not ends
+    astray = fit_at(problem, key, away, known.sizes, found.known, discrepancy=False, settled=True)
+    found.fits[key, False] = astray
+    got = hypothesis_fits.fit_once(
+        found, key, False, away, known.sizes, attempt="from the wrong end", stop=found.known_end(key, False)
+    )
+    assert got is not None
+    assert got.point.shared[columns] == pytest.approx(known.point.shared[columns], rel=1e-3)
+    assert found.known_end(("gyro_bias", "sway_bias"), True) is None
+
+
+def test_a_run_on_another_branch_is_not_at_the_known_optimum(ship_folder: Path, offset_runs: list[Trial]) -> None:
+    problem = small.problem(ship_folder, offset_runs)
+    known = search(problem, small.silent).fits[("rudder_offset",), False]
+    turned = known.point.initial.copy()
+    turned[:, problem.initial_names.index("psi")] += np.pi / 2
+    assert known.leads_here(problem, known.point)
+    assert not known.leads_here(problem, Point(known.point.shared, turned, known.point.forces))
+    assert not replace(known, settled=False).leads_here(problem, known.point)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -213,10 +214,10 @@ def test_no_two_attempts_at_a_hypothesis_are_stored_under_one_name(
     real = hypothesis_fits.fit_once
 
     def watched(
-        found: Search, key: Key, on: bool, start: Point, sizes: Sizes, attempt: str = "first", rival: float = -math.inf
+        found: Search, key: Key, on: bool, start: Point, sizes: Sizes, attempt: str = "first", **more: Any
     ) -> Fit | None:
         begun.setdefault(f"{key} {on} {attempt}", set()).add(start.shared.tobytes() + sizes.white.tobytes())
-        return real(found, key, on, start, sizes, attempt=attempt, rival=rival)
+        return real(found, key, on, start, sizes, attempt=attempt, **more)
 
     monkeypatch.setattr(hypothesis_fits, "_NOT_AGAIN", -math.inf)
     for module in (hypothesis_fits, search_module, noise_sharing):
@@ -273,6 +274,17 @@ def test_a_set_that_stopped_short_is_fitted_to_its_end(found: Search) -> None:
     assert spoilt.fits[key, False].ahead < 0.5
 
 
+def test_what_ends_where_it_stopped_is_not_taken_up_again(found: Search, monkeypatch: pytest.MonkeyPatch) -> None:
+    key: Key = ("rudder_offset",)
+    others = {place: fit for place, fit in found.fits.items() if place[0] != key}
+    short, begun = short_of_its_end(found, key, 0.996), list[Key]()
+    monkeypatch.setattr(search_module, "fit_once", lambda _, key, *given, **more: begun.append(key))
+    spoilt = Search(found.problem, found.known, fits={**others, (key, False): short})
+    for turn in (1, 2):
+        search_module._fit_to_the_end(spoilt, turn)
+    assert begun.count(key) == 1
+
+
 def test_a_set_that_is_far_behind_but_promises_the_lead_is_not_given_up(found: Search) -> None:
     """A foreign boat's constant current stopped 995 nats short: one that changes with time was named in its place."""
     key: Key = ("rudder_offset",)
@@ -294,7 +306,7 @@ def test_where_runs_stray_forces_alone_are_fitted_from_the_end_of_the_leader(
     key: Key = ("rudder_offset",)
     begun: list[tuple[Key, bool]] = []
 
-    def watched(found: Search, key: Key, on: bool, start: Point, sizes: Sizes, attempt: str) -> None:
+    def watched(found: Search, key: Key, on: bool, start: Point, sizes: Sizes, attempt: str, **more: Any) -> None:
         assert not on or sizes.discrepancy
         begun.append((key, on))
 
@@ -363,7 +375,7 @@ def test_a_set_whose_effect_has_another_value_than_alone_is_fitted_from_there(
     assert not search_module._elsewhere(problem, part, part)
     begun: list[tuple[Key, str]] = []
 
-    def watched(found: Search, key: Key, on: bool, start: Point, sizes: Sizes, attempt: str) -> None:
+    def watched(found: Search, key: Key, on: bool, start: Point, sizes: Sizes, attempt: str, **more: Any) -> None:
         begun.append((key, attempt))
 
     monkeypatch.setattr(search_module, "fit_once", watched)

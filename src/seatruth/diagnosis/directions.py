@@ -53,7 +53,8 @@ def fit_directions(found: Search, leaders: Sequence[Fit]) -> None:
                 if start is not None and _hopeful(found, leader, key, start):
                     words = f"along the direction of {name} in {'+'.join(leader.effects)}"
                     words += f", {count}" if count > 1 else ""
-                    fit_once(found, key, leader.discrepancy, start, leader.sizes, attempt=words, rival=leader.evidence)
+                    on, stop = leader.discrepancy, found.known_end(key, leader.discrepancy)
+                    fit_once(found, key, on, start, leader.sizes, attempt=words, rival=leader.evidence, stop=stop)
 
 
 def _times(found: Search, leader: Fit, name: str, other: str) -> int:

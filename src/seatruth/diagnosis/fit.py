@@ -28,7 +28,7 @@ from seatruth.diagnosis.sizes import (
     price_of_sizes,
     proposed_shapes,
 )
-from seatruth.diagnosis.steps import Step, likelihood_at, objective, step
+from seatruth.diagnosis.steps import Step, likelihood_at, objective, step, weighted_squares
 from seatruth.diagnosis.unknowns import SharedStep
 from seatruth.trials.finding import Finding
 from seatruth.trials.prepare.outliers import MAD_TO_SD
@@ -58,6 +58,8 @@ _PROPOSALS = 2
 """Times that the shapes of noise are proposed anew from what is left at the end of a fit. [S]"""
 _SWEEPS = 8
 """Most sweeps over all sizes at the end of a fit; two or three are usual."""
+_THERE = 1.0
+"""Posterior deviations from an optimum within which a fit from elsewhere ends there too. [S]"""
 _AHEAD_OF_IT = 10.0
 """nats ahead of a fit from which it did not converge. [S] Below, the temperature leaves less than a nat of them."""
 
@@ -114,6 +116,18 @@ class Fit:
     def is_whole(self, problem: Problem) -> bool:
         """Whether its effects that act wholly or not at all are nearer to the whole than to nothing."""
         return all(problem.nearly_whole(name, self.point.shared[problem.columns[name]], 0.5) for name in self.effects)
+
+    def leads_here(self, problem: Problem, point: Point) -> bool:
+        """Whether a fit that came to this point from elsewhere would end at this optimum.
+
+        Its shared unknowns are near those of the optimum, and its runs as near as noise: a run may follow its record on
+        another branch, held there by forces of its own. Half of the time of a search went to such fits.
+        """
+        sd, free = self.stderr(problem), self.solution.free
+        if not self.settled or (np.abs(point.shared - self.point.shared)[free] > _THERE * sd[free]).any():
+            return False
+        apart = problem.errors(point) - problem.errors(self.point)
+        return bool(np.isfinite(apart).all()) and weighted_squares(problem, apart, self.sizes) < len(apart)
 
     def significance(self, problem: Problem, name: str, wider: Array | None = None) -> float:
         """Squared distance of an effect's magnitudes from their null in posterior deviations (Wald's statistic).

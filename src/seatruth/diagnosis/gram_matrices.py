@@ -39,7 +39,9 @@ class GramMatrices:
         for one in problem.series:
             rows = one.rows if keep is None else one.rows[keep[one.rows]]
             t = one.t if keep is None else one.t[keep[one.rows]]
-            block = np.concatenate([errors[rows, None], shared[rows], own[rows]], axis=1)
+            block = np.empty((len(rows), self.size), order="F")  # series by series, as they are whitened
+            first = 1 + shared.shape[1]
+            block[:, 0], block[:, 1:first], block[:, first:] = errors[rows], shared[rows], own[rows]
             self._blocks[one.trial, one.channel] = block, t
             self._rows[one.trial, one.channel] = rows
             self.counts[one.trial, one.channel] = len(rows)

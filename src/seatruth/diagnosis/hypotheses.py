@@ -6,13 +6,14 @@ import itertools
 import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit
-from seatruth.diagnosis.problem import Problem
+from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.sizes import NoisePrior
 from seatruth.storage.checkpoint import Checkpoint
 
@@ -43,6 +44,8 @@ class Search:
     """Values (n,) from which effects of waves begin, where what the model alone leaves shows a narrow band."""
     replaced: dict[tuple[Key, bool, str, str], list[float]] = field(default_factory=dict)
     """Evidence (nats) of the sets in which an effect was begun anew, or another in its place, each time that it was."""
+    ended: set[tuple[Key, bool, float]] = field(default_factory=set)
+    """Sets, whether with discrepancy, and evidence (nats), of which a fit was taken up again from where it ended."""
     failed: dict[Key, str] = field(default_factory=dict)
     """Hypotheses, or parts of the search in words, that were set aside, with the reason."""
     store: Checkpoint = field(default_factory=lambda: Checkpoint(None, ""))
@@ -117,6 +120,11 @@ class Search:
         alone = [fit for (key, on), fit in self.fits.items() if len(key) == 1 and not on]
         alone = [fit for fit in alone if fit.evidence > plain.evidence + HOPE]
         return [fit.effects[0] for fit in sorted(alone, key=_rank)[:count]]
+
+    def known_end(self, key: Key, discrepancy: bool) -> Callable[[Point], bool] | None:
+        """Where a further fit of a set is broken off: at the optimum of the fit that it has, if it has one."""
+        fit = self.fits.get((key, discrepancy))
+        return None if fit is None else partial(fit.leads_here, self.problem)
 
     def or_set_aside(self, what: str, stage: Callable[[], T], otherwise: T) -> T:
         """What a stage gives; where its algebra fails it is named among what was set aside, and all fits stay."""

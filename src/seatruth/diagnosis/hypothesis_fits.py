@@ -259,8 +259,8 @@ def _fit_forward(found: Search, key: Key, near: Fit) -> bool:
     short = loose is not None and not loose.settled  # as a compass 3 deg off, of a boat in a short sea
     if got is not None and (loose is None or short or got.evidence > loose.evidence - _ASTRAY or key == first):
         # Forces hold a run near its record whatever the effect is: what it is worth without them shows its size.
-        words = "from its fit without discrepancy"
-        loose = fit_once(found, key, True, got.point, sizes, attempt=words, rival=near_enough) or loose
+        words, stop = "from its fit without discrepancy", found.known_end(key, True)
+        loose = fit_once(found, key, True, got.point, sizes, attempt=words, rival=near_enough, stop=stop) or loose
     hope = loose is not None and loose.evidence > best - problem.settings.hopeless
     if loose is not None and hope and (got is None or got.evidence < loose.evidence - _NESTED):
         # It may explain the trials without discrepancy, though one step, or a fit of runs that stray, did not show it.

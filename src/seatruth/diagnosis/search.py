@@ -297,16 +297,11 @@ def _fit_to_the_end(found: Search, turn: int) -> None:
     """
     near = found.leader.evidence - found.problem.settings.hopeless
     for fit in found.sets():
-        if fit.effects and fit.promised > near and fit.ahead > _SHORT:
-            fit_once(
-                found,
-                fit.effects,
-                fit.discrepancy,
-                fit.point,
-                fit.sizes,
-                attempt=f"from where it stopped short, {turn}",
-                rival=near - HOPE,
-            )
+        tried = (fit.effects, fit.discrepancy, fit.evidence)
+        if fit.effects and fit.promised > near and fit.ahead > _SHORT and tried not in found.ended:
+            found.ended.add(tried)
+            words = f"from where it stopped short, {turn}"
+            fit_once(found, fit.effects, fit.discrepancy, fit.point, fit.sizes, attempt=words, rival=near - HOPE)
 
 
 def _refit_parts(found: Search) -> None:
@@ -329,7 +324,8 @@ def _refit_parts(found: Search) -> None:
                 short = known is not None and alone is not None and known.evidence < alone.evidence - _SHORT
                 if known is None or anyway or short or known.promised > at.evidence - _FAR:
                     sizes = at.sizes if at.discrepancy or not on else at.sizes.with_discrepancy()
-                    fit_once(found, key, on, point, sizes, attempt=f"from the end of {'+'.join(leader)}, {round_}")
+                    words = f"from the end of {'+'.join(leader)}, {round_}"
+                    fit_once(found, key, on, point, sizes, attempt=words, stop=found.known_end(key, on))
         parts = [found.fits[key, at.discrepancy] for key in rests if key and (key, at.discrepancy) in found.fits]
         part = max(parts, key=lambda fit: fit.evidence, default=None)
         if part is not None and _elsewhere(found.problem, part, at):

@@ -43,7 +43,7 @@ def whiten(columns: Array, t: Array, shape: NoiseShape) -> tuple[Array, float]:
     """Whitens one series by noise whose white part has standard deviation 1.
 
     Args:
-        columns: (n,) or (n, k): values at the times, one column a quantity.
+        columns: (n,) or (n, k): values at the times, one column a quantity. In Fortran's order it is fastest.
         t: (n,) increasing times in s.
         shape: what the noise is like.
 
@@ -57,11 +57,12 @@ def whiten(columns: Array, t: Array, shape: NoiseShape) -> tuple[Array, float]:
     """
     if shape.ratio == 0.0 or not len(t):
         return columns.copy(), 0.0
-    values = columns[:, None] if columns.ndim == 1 else columns
     variance, gain, fade = _filter(np.ascontiguousarray(t, dtype=np.float64).tobytes(), shape)
-    predicted = _predictions(values, gain, fade)
-    found = (values - predicted) / np.sqrt(variance)[:, None]
-    return (found[:, 0] if columns.ndim == 1 else found), float(np.log(variance).sum())
+    series = np.ascontiguousarray(columns[None] if columns.ndim == 1 else columns.T)
+    found = _predictions(series, gain, fade)
+    np.subtract(series, found, out=found)
+    found *= 1.0 / np.sqrt(variance)
+    return (found[0] if columns.ndim == 1 else found.T), float(np.log(variance).sum())
 
 
 @lru_cache(maxsize=4096)
@@ -81,14 +82,15 @@ def _filter(times: bytes, shape: NoiseShape) -> tuple[Array, Array, Array]:
     return variance, gain, np.append(fade, 0.0)
 
 
-def _predictions(values: Array, gain: Array, fade: Array) -> Array:
-    """What each sample's past predicts of it: (n, k).
+def _predictions(series: Array, gain: Array, fade: Array) -> Array:
+    """What each sample's past predicts of it: (k, n), as `series`.
 
     x_{j+1} = fade_j (1 - gain_j) x_j + fade_j gain_j y_j from x_0 = 0: a triangular system with one band.
     """
-    bands = np.ones((2, len(values)))
+    bands = np.ones((2, len(gain)))
     bands[1, :-1] = fade[:-1] * (gain[:-1] - 1.0)
-    right = np.zeros(values.shape, order="F")
-    right[1:] = (fade * gain)[:-1, None] * values[:-1]
-    found, _ = scipy.linalg.lapack.dtbtrs(bands, right, uplo="L", diag="U", overwrite_b=1)
-    return np.asarray(found)
+    right = np.zeros(series.shape)
+    np.multiply((fade * gain)[:-1], series[:, :-1], out=right[:, 1:])
+    # In LAPACK's order of columns the transposed one is solved in place.
+    found, _ = scipy.linalg.lapack.dtbtrs(bands, right.T, uplo="L", diag="U", overwrite_b=1)
+    return np.asarray(found).T
