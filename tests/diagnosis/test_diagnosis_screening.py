@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -12,10 +13,16 @@ import small_case as small
 
 from seatruth import Study, TrajectoryOptions, load_model, simulator
 from seatruth.diagnosis import screening
+from seatruth.diagnosis.fit import fit, fit_at
+from seatruth.diagnosis.hypotheses import Search
+from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.search import search
 from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.size_search import with_shape
+from seatruth.diagnosis.sizes import first_sizes, noise_prior, noise_shapes
 from seatruth.effects import available, load_effects, with_effects
+from seatruth.statistics.state_space_noise import NoiseShape
 from seatruth.trials import Trial, Trials
 
 EXCHANGED = "thrusters_exchanged_port_starboard"
@@ -59,3 +66,21 @@ def test_a_small_share_of_an_exchange_is_no_exchange(share: float, fitted: bool)
     # Beside other effects it is asked for only where it was fitted alone.
     beside, nothing = cast(Any, SimpleNamespace(effects=("gyro_bias",))), cast(Any, None)
     assert fitted or not screening._may_be_whole(found, beside, nothing, [], EXCHANGED)
+
+
+def test_slow_noise_of_a_sensor_does_not_hide_its_bias(ship_folder: Path) -> None:
+    """The model alone has taken the bias of a gyro for slow noise; with the effect, it is judged with what it needs."""
+    runs = small.trials(ship_folder, {"gyro_bias_b": 0.002}, specs=["gyro_bias"])
+    problem = small.problem(ship_folder, runs, ["gyro_bias", "rudder_offset"])
+    known = noise_prior(problem)
+    nothing = fit(problem, (), problem.start, first_sizes(problem, known), known, discrepancy=False)
+    wanted = fit(problem, ("gyro_bias",), nothing.point, nothing.sizes, known, discrepancy=False)
+    rate = problem.outputs.index("r")
+    shape = noise_shapes(problem.settings).index(NoiseShape(3.0, 60.0))
+    hidden = with_shape(nothing.sizes, rate, shape, float(wanted.sizes.white[rate]))
+    at = fit_at(problem, (), nothing.point, hidden, known, discrepancy=False, settled=True)
+    found = screening.beside(Search(problem, known, fits={((), False): at}), at, ["gyro_bias", "rudder_offset"])
+    assert found["gyro_bias"] == pytest.approx(wanted.evidence, abs=3.0)
+    bare = Likelihood(problem, problem.linearize(nothing.point, ("gyro_bias",), discrepancy=False))
+    assert bare.evidence(hidden, ("gyro_bias",)) < wanted.evidence - 10.0
+    assert found["rudder_offset"] < found["gyro_bias"] - 10.0

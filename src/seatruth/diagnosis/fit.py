@@ -28,7 +28,7 @@ from seatruth.diagnosis.sizes import (
     price_of_sizes,
     proposed_shapes,
 )
-from seatruth.diagnosis.steps import Step, likelihood_at, objective, step, weighted_squares
+from seatruth.diagnosis.steps import Step, likelihood_at, linear_errors, objective, step, weighted_squares
 from seatruth.diagnosis.unknowns import SharedStep
 from seatruth.trials.finding import Finding
 from seatruth.trials.prepare.outliers import MAD_TO_SD
@@ -312,8 +312,7 @@ def _with_new_shapes(
         optimum = likelihood.solve(sizes, effects)
     except np.linalg.LinAlgError:
         return sizes, -math.inf
-    residuals = at.errors + at.shared @ optimum.shared
-    residuals += np.einsum("nl,nl->n", at.local, optimum.local[problem.trial_of])
+    residuals = linear_errors(problem, at, optimum.shared, optimum.local)
     return maximise(
         OfSizes(likelihood, effects, known), sizes, problem.settings, channels=channels, shapes=False, sweeps=1,
         proposals=proposed_shapes(problem, residuals),

@@ -14,9 +14,10 @@ from seatruth.diagnosis.hypotheses import HOPE, Key, Search
 from seatruth.diagnosis.hypothesis_fits import PARTS, started
 from seatruth.diagnosis.initial_guess import moved_to
 from seatruth.diagnosis.marginal_likelihood import Likelihood
-from seatruth.diagnosis.problem import Problem
-from seatruth.diagnosis.sizes import Sizes, log_prior
-from seatruth.diagnosis.steps import objective
+from seatruth.diagnosis.problem import Linearization, Problem
+from seatruth.diagnosis.size_search import with_shape
+from seatruth.diagnosis.sizes import Sizes, log_prior, proposed_shapes
+from seatruth.diagnosis.steps import linear_errors, objective
 from seatruth.diagnosis.wave_search import wave_starts
 
 _MAGNITUDES = (1.0, 2.5)
@@ -49,16 +50,14 @@ def screen(found: Search, at: Fit) -> list[str]:
     # Size by size, since what takes time does not depend on the effect.
     loose_scores = dict.fromkeys(others, -math.inf)
     for sizes in shrunk:
-        prior = log_prior(settings, sizes, found.known) - at.price
         for other in others:
-            value = likelihood.evidence(sizes, (*at.effects, other)) + prior
+            value = _judged(found, likelihood, here, sizes, (*at.effects, other)) - at.price
             loose_scores[other] = max(loose_scores[other], value)
-    plain_prior = log_prior(settings, bare, found.known)
     alone = _alone(found, at, others)
     scores: dict[str, tuple[float, float, list[list[float]]]] = {}
     for other in others:
         key, loose = (*at.effects, other), loose_scores[other]
-        plain = likelihood.evidence(bare, key) + plain_prior
+        plain = _judged(found, likelihood, here, bare, key)
         chosen = found.starts[other] if other in found.starts else _ordered_starts(found, at, other)
         if len(chosen):
             from_there = _score_from(found, at, key, other, chosen[0], bare)
@@ -183,8 +182,34 @@ def beside(found: Search, fit: Fit, others: Sequence[str]) -> dict[str, float]:
     here = problem.linearize(fit.point, (*fit.effects, *others), discrepancy=fit.discrepancy)
     if not np.isfinite(here.errors).all():
         return {}
-    likelihood, prior = Likelihood(problem, here), log_prior(problem.settings, fit.sizes, found.known)
-    return {other: likelihood.evidence(fit.sizes, (*fit.effects, other)) + prior - fit.price for other in others}
+    likelihood = Likelihood(problem, here)
+    return {other: _judged(found, likelihood, here, fit.sizes, (*fit.effects, other)) - fit.price for other in others}
+
+
+def _judged(found: Search, likelihood: Likelihood, here: Linearization, sizes: Sizes, key: Key) -> float:
+    """Linearized evidence (nats) of a set, the price of its discrepancy not counted.
+
+    Where the last of its effects is an error of a sensor, also with less slow noise of that sensor, which without the
+    effect may have taken its place: beside such noise of a torpedo's pitch rate a bias of 0.1 deg/s had 0.4 nats;
+    fitted, 18.8.
+    """
+    problem = found.problem
+
+    def value(sizes: Sizes) -> float:
+        return likelihood.evidence(sizes, key) + log_prior(problem.settings, sizes, found.known)
+
+    best = value(sizes)
+    places = problem.effects[key[-1]].places(problem.study.model)
+    own = [c for c, name in enumerate(problem.outputs) if f"sensor:{name}" in places and sizes.shape[c] != 0]
+    if not own:
+        return best
+    try:
+        step = likelihood.solve(sizes, key)
+    except np.linalg.LinAlgError:
+        return best
+    proposed = proposed_shapes(problem, linear_errors(problem, here, step.shared, step.local), own)
+    options = [with_shape(sizes, c, *one) for c in own for one in proposed.get(c, ()) if one[0] != sizes.shape[c]]
+    return max([best, *(value(one) for one in options)])
 
 
 def _ranked(found: Search, at: Fit, others: Sequence[str]) -> list[str]:

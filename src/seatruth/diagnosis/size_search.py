@@ -102,7 +102,7 @@ def maximise(
     """
     best, value = sizes, objective(sizes)
     for c, options in (proposals or {}).items():
-        found = [_with_shape(best, c, shape, white) for shape, white in options if shape != best.shape[c]]
+        found = [with_shape(best, c, shape, white) for shape, white in options if shape != best.shape[c]]
         if found:
             values = [objective(one) for one in found]
             top = int(np.argmax(values))
@@ -177,7 +177,8 @@ def _climb(objective: Objective, best: Sizes, value: float, moving: Indices, ste
     return best, value
 
 
-def _with_shape(sizes: Sizes, c: int, shape: int, log_white: float) -> Sizes:
+def with_shape(sizes: Sizes, c: int, shape: int, log_white: float) -> Sizes:
+    """Sizes with another shape and white deviation of one channel's noise."""
     white = sizes.white.copy()
     white[c] = log_white
     return replace(sizes, white=white, shape=(*sizes.shape[:c], shape, *sizes.shape[c + 1 :]))
@@ -196,7 +197,7 @@ def _reshape(objective: Objective, best: Sizes, value: float, c: int, settings: 
     for option in options:
         total = 0.5 * math.log(shapes[now].correlation(0.0) / shapes[option].correlation(0.0))
         for shift in (0.0, total):
-            trial = _with_shape(best, c, option, float(best.white[c]) + shift)
+            trial = with_shape(best, c, option, float(best.white[c]) + shift)
             found = objective(trial)
             if found > value + _ROUNDING:
                 return trial, found

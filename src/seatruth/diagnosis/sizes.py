@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
@@ -220,8 +220,12 @@ def _log_shape_prior(settings: Settings) -> tuple[float, ...]:
     return (math.log(0.5), *(math.log(0.5) + np.log(weight / weight.sum())).tolist())
 
 
-def proposed_shapes(problem: Problem, residuals: Array) -> dict[int, list[tuple[int, float]]]:
+def proposed_shapes(
+    problem: Problem, residuals: Array, of: Collection[int] | None = None
+) -> dict[int, list[tuple[int, float]]]:
     """Noise shapes that a channel's residuals (N,) suggest, best first, each with the log of its white deviation.
+
+    Of these channels, or of all.
 
     The likelihood of the residuals alone, its size profiled out, over the whole grid: a search by neighbours stops on
     the ridge where a smaller white part and a larger slow one look alike. None are proposed where the residuals are
@@ -231,7 +235,7 @@ def proposed_shapes(problem: Problem, residuals: Array) -> dict[int, list[tuple[
         return {}
     shapes = noise_shapes(problem.settings)
     grouped: dict[tuple[int, bytes], list[Series]] = {}
-    for one in problem.series:
+    for one in (one for one in problem.series if of is None or one.channel in of):
         grouped.setdefault((one.trial, one.t.tobytes()), []).append(one)
     channels = len(problem.outputs)
     squares, logs = np.zeros((len(shapes), channels)), np.zeros((len(shapes), channels))
@@ -248,7 +252,7 @@ def proposed_shapes(problem: Problem, residuals: Array) -> dict[int, list[tuple[
     scores = -counts * size - 0.5 * logs + np.array(_log_shape_prior(problem.settings))[:, None]
     order = np.argsort(-scores, axis=0, kind="stable")[:_PROPOSED]
     least = math.log(_NO_NOISE)
-    seen = [c for c in range(channels) if counts[c]]
+    seen = [c for c in range(channels) if counts[c] and (of is None or c in of)]
     return {c: [(int(k), float(size[k, c])) for k in order[:, c] if size[k, c] > least] for c in seen}
 
 

@@ -159,7 +159,7 @@ def corrected(
     contract. The first of them is the geodesic acceleration of Transtrum and Sethna (2012, arXiv:1201.5885).
     """
     shared, local, last = part * whole.shared, part * whole.local, math.inf
-    linear = at.errors + at.shared @ shared + np.einsum("nl,nl->n", at.local, local[problem.trial_of])
+    linear = linear_errors(problem, at, shared, local)
     for _ in range(_CORRECTIONS):
         trial = problem.moved(at.point, shared, local)
         errors = problem.errors(trial)
@@ -172,6 +172,11 @@ def corrected(
         last = deviation
         back = likelihood.without_priors_pull(errors - linear).solve(sizes, at.effects)
         shared, local = shared + back.shared, local + back.local
+
+
+def linear_errors(problem: Problem, at: Linearization, shared: Array, local: Array) -> Array:
+    """Errors (N,) after a step of shared (S,) and own unknowns (T, L), as linearized."""
+    return np.asarray(at.errors + at.shared @ shared + np.einsum("nl,nl->n", at.local, local[problem.trial_of]))
 
 
 def likelihood_at(problem: Problem, at: Linearization, sizes: Sizes, effects: Sequence[str]) -> Likelihood:
