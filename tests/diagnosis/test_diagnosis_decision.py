@@ -52,6 +52,11 @@ def test_a_long_list_of_effects_of_all_kinds_names_nothing() -> None:
     said = decided(*(((name,), 0.9 / 5) for name in many), ((), 0.1))
     assert said.kind == "underpowered"
     assert said.clusters == ()
+    sure = decided(*(((name,), 0.99 / 5) for name in many), ((), 0.01))
+    assert (sure.kind, sure.acts, set(sure.vague)) == ("underpowered", True, set(many))
+    assert sure.probability == pytest.approx(0.99)
+    unsure = decided(*(((name,), 0.7 / 5) for name in many), ((), 0.3))
+    assert (unsure.kind, unsure.acts, unsure.vague) == ("underpowered", False, ())
 
 
 def test_what_shows_the_same_is_named_as_one_cause_though_its_families_differ() -> None:

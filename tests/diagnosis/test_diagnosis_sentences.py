@@ -163,6 +163,9 @@ def test_no_gap_and_undecided() -> None:
     assert "no gap beyond the noise" in said("no_gap", validation=None)
     assert "cannot decide whether an effect acts" in said("underpowered", validation=None)
     assert "most probable cause is a uniform current" in said("underpowered", CURRENT, validation=None)
+    assert said("underpowered", acts=True).startswith("Something acts, but these trials cannot decide what.")
+    listed = said("underpowered", acts=True, vague=["a bank", "a rudder's offset", "wind"])
+    assert listed.startswith("Something acts, but these trials cannot tell what: a bank, a rudder's offset or wind (")
 
 
 def test_no_probability_is_one_or_nothing() -> None:

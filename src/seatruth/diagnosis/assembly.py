@@ -279,7 +279,7 @@ class Assembly:
             curve=titles(name for name in said.form if is_only_form(name, problem.effects)),
             part=titles(said.part), refused=titles(said.refused), along=titles(said.along),
             untried=titles(said.untried), small=titles(said.small), outdone=titles(said.outdone),
-            stopped=self.search.interrupted,
+            vague=titles(said.vague), acts=said.acts, stopped=self.search.interrupted,
         )  # fmt: skip
         acting = list(dict.fromkeys(p for cluster in said.clusters for p in places[cluster.effects[0]]))
         return Diagnosis(

@@ -36,6 +36,8 @@ _MOST_APART = 3
 _MOST_ALIKE = 5
 """The same where each of them shows in these trials what the first one does. [S] A steady push to one side is a bank's,
 a rudder's that stands off, a thruster's that points aside, or a propeller's: naming these four says what to look at."""
+_SURELY = 0.05
+"""Probability that nothing acts up to which it is said that something does. [S] As bounds of one side are."""
 _ROUNDS = 3
 """Answers that are asked, the most probable first, where what leads does not predict. [S] Each costs some fits."""
 _FIXED_TO_EARTH = ("environment.moving_water", "environment.force_fixed_to_earth", "environment.wave_motion")
@@ -73,6 +75,10 @@ class Decision:
     """Terms of the model's forces that are probable, and not named since others are missing beside them."""
     refused: Key = ()
     """Effects that are probable, and not named since they do not surely predict trials left out."""
+    acts: bool = False
+    """Where these trials cannot decide what acts: whether it is sure that something does."""
+    vague: Key = ()
+    """Effects of all kinds that look alike, so many that naming them as one cause would say nothing."""
 
 
 def decide(
@@ -116,8 +122,10 @@ def decide(
         along = tuple(name for name in first if _is_fixed_to_earth(name, effects))
     left, gone, part = list(found), set[str](), dict[str, None]()
     refused: Key = ()  # what leads is what the gap looks like, and not what is asked in its place
+    vague: Cluster | None = None
     for _ in range(_ROUNDS):
         answer = _answer(left, effects, settings, near, helps, one_course)
+        vague = vague or answer.vague
         part |= dict.fromkeys(name for name in answer.part if name not in form)
         if answer.clusters:
             return Decision(
@@ -152,7 +160,18 @@ def decide(
             part=tuple(part),
             refused=refused,
         )
-    return Decision("underpowered", (), max(named, unknown), unknown > none, (), part=tuple(part), refused=refused)
+    acts = none <= _SURELY
+    return Decision(
+        "underpowered",
+        (),
+        max(named, unknown) if vague is None else vague.probability,
+        unknown > (named if acts else none),
+        (),
+        part=tuple(part),
+        refused=refused,
+        acts=acts,
+        vague=vague.effects if acts and vague is not None else (),
+    )
 
 
 def kind_of(clusters: Sequence[Cluster]) -> Kind:
@@ -171,6 +190,8 @@ class _Answer:
     """Terms of the model's forces that were probable beside others that are missing."""
     lacking: bool
     """Whether the model also lacks something that no effect describes."""
+    vague: Cluster | None
+    """A probable cause that is only a list of effects of all kinds."""
 
 
 def _answer(
@@ -187,6 +208,7 @@ def _answer(
     form, share = forms_in(first, effects), acting(found, first, effects)
     kept, refused, gone, part = first, list[str](), set[str](), list[str]()
     clusters: list[Cluster] = []
+    vague: Cluster | None = None
     while kept:
         # What is refused leaves the others to explain more, or less: they are asked again without it, so that two that
         # only together look like something else do not stand when one falls. What is only improbable may act.
@@ -198,12 +220,14 @@ def _answer(
             candidates[name] = replace(candidates[name], probability=candidates[name].probability * share)
         sure = {name: _without(found, one.counted, gone, effects, one_course) for name, one in candidates.items()}
         likely = [name for name in kept if min(candidates[name].probability, sure[name]) >= settings.name_threshold]
+        lists = [name for name in likely if _says_nothing(candidates[name], near, settings, beside=beside)]
+        vague = vague or next((candidates[name] for name in lists), None)
         probable = [
             name
             for name in likely
             if not (beside and _is_structure(name, effects))
             and not (beside and one_course and _is_fixed_to_earth(name, effects))
-            and not _says_nothing(candidates[name], near, settings, beside=beside)
+            and name not in lists
         ]
         part += [name for name in likely if beside and _is_structure(name, effects)]
         # So they predict beside what stands for the other form, which forces beside them need not take up.
@@ -218,7 +242,7 @@ def _answer(
             break
         kept = passing
     lacking = _discrepancy(found, kept) or any(_is_structure(name, effects) for name in set(first) - set(kept))
-    return _Answer(tuple(merged(clusters, effects)), kept, tuple(refused), tuple(part), lacking)
+    return _Answer(tuple(merged(clusters, effects)), kept, tuple(refused), tuple(part), lacking, vague)
 
 
 def _one_helps(cluster: Cluster, name: str, kept: Key, helps: Callable[[str, Key], bool]) -> bool:

@@ -54,6 +54,8 @@ def verdict_sentence(
     small: Sequence[str] = (),
     outdone: Sequence[str] = (),
     untried: Sequence[str] = (),
+    vague: Sequence[str] = (),
+    acts: bool = False,
     stopped: bool = False,
 ) -> str:
     """The headline of a diagnosis in one to four sentences.
@@ -76,6 +78,8 @@ def verdict_sentence(
         outdone: titles of effects that explain the trials, but predict those left out worse than terms in the
             equations do.
         untried: titles of effects that may as well be something that cannot be tried on the model.
+        vague: titles of effects of all kinds that look alike, too many to be one cause.
+        acts: whether it is sure that something acts, where these trials cannot decide what.
         stopped: whether the search ended before all effects were compared.
 
     Returns:
@@ -87,7 +91,7 @@ def verdict_sentence(
         return _joined(first, f"{text} (probability {chance(probability)}).", _small(causes))
     if kind == "underpowered":
         looks = _part_of_it(part), _unpredictive(refused)
-        return _joined(first, _undecided(causes, probability), _lacks(discrepancy), *looks)
+        return _joined(first, _undecided(causes, vague, probability, acts=acts), _lacks(discrepancy), *looks)
     beside = f"Significant beside it, but of no practical size: {listed(small)}." if small else ""
     if kind == "unknown":
         said = _unknown(causes, probability, shares)
@@ -334,13 +338,14 @@ def _unknown(causes: Sequence[NamedCause], probability: float, shares: Shares) -
     return text
 
 
-def _undecided(causes: Sequence[NamedCause], probability: float) -> str:
-    if not causes:
+def _undecided(causes: Sequence[NamedCause], vague: Sequence[str], probability: float, *, acts: bool) -> str:
+    sure = f"(probability {chance(probability)})"
+    if causes:
+        return f"These trials cannot decide what causes the gap. The most probable cause is {_listed(causes)} {sure}."
+    if not acts:
         return "These trials cannot decide whether an effect acts, nor which."
-    return (
-        f"These trials cannot decide what causes the gap. The most probable cause is {_listed(causes)} (probability "
-        f"{chance(probability)})."
-    )
+    which = f"tell what: {', '.join(vague[:-1])} or {vague[-1]} {sure}" if vague else "decide what"
+    return f"Something acts, but these trials cannot {which}."
 
 
 def _beyond(causes: Sequence[NamedCause]) -> str:
