@@ -55,3 +55,18 @@ def test_where_nothing_explains_anything_a_set_must_promise_what_its_prior_costs
     assert not matters(3.8, 5.0)
     assert matters(3.8, 12.0)
     assert matters(30.0, 5.0)
+
+
+def test_what_broke_its_promise_alone_is_not_believed_beside_a_set() -> None:
+    """Linearized, an arm of the receiver had 5.3 nats alone and beside each set; fitted, it was 7.6 behind."""
+    values = {(): 0.0, ("rudder_dead_band",): 4.6, ("position_lever_arm",): -7.6}
+    fits: Any = {(k, True): SimpleNamespace(effects=k, evidence=v, discrepancy=True) for k, v in values.items()}
+    problem: Any = SimpleNamespace(effects=available(), settings=Settings())
+    known: Any = None
+    found = Search(problem, known, fits=fits, screened={(("position_lever_arm",), True): 5.3})
+    leader = fits[("rudder_dead_band",), True]
+    assert choice.as_alone(found, leader, "position_lever_arm", 9.3) == pytest.approx(-3.0)
+    # What the set adds to it counts, and what was not fitted alone has its promise.
+    assert choice.as_alone(found, leader, "position_lever_arm", 30.0) == pytest.approx(17.1)
+    assert choice.as_alone(found, leader, "current", 9.3) == 9.3
+    assert choice.as_alone(found, leader, "position_lever_arm", -5.0) == -5.0

@@ -15,7 +15,7 @@ from functools import partial
 import numpy as np
 
 from seatruth.diagnosis.actuator_starts import anywhere
-from seatruth.diagnosis.choice import WITHOUT, additions, may_matter, singles
+from seatruth.diagnosis.choice import WITHOUT, additions, as_alone, may_matter, singles
 from seatruth.diagnosis.directions import fit_along_waves, fit_directions
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.forces_beside import forces_wanted, may_do_without
@@ -204,8 +204,9 @@ def _fit_sets(found: Search, say: Say, expected: int, workers: int) -> None:
                 # Sets that explain as much as the leading one of their size are its look-alikes.
                 least = max(beaten, found.rival - settings.hopeless)
                 promised = found.expected(key)
-                many = causes_in(key, found.problem.effects) > settings.most_effects
-                if many or promised < least or _fitted(found, key) or not may_matter(found, key, promised):
+                if causes_in(key, found.problem.effects) > settings.most_effects or promised < least:
+                    continue
+                if _fitted(found, key) or not may_matter(found, key, as_alone(found, leader, name, promised)):
                     continue
                 say(_in_words(key), count, expected)
                 fit_both(found, key, leader)
