@@ -60,8 +60,7 @@ _SWEEPS = 8
 """Most sweeps over all sizes at the end of a fit; two or three are usual."""
 _THERE = 1.0
 """Posterior deviations from an optimum within which a fit from elsewhere ends there too. [S] Of 24 that were let go on,
-in eight studies, all ended within 0.6 deviations; two had 4 and 5 nats more by other shapes of noise, the others 2 at
-most."""
+in eight studies, all ended within 0.6 deviations; two had 4 and 5 nats more there, the others 2 at most."""
 _AHEAD_OF_IT = 10.0
 """nats ahead of a fit from which it did not converge. [S] Below, the temperature leaves less than a nat of them."""
 
