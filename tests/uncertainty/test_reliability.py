@@ -85,6 +85,23 @@ def test_a_run_that_hardly_moves_is_no_stray_for_an_error_like_its_motion() -> N
     assert stray_runs(cost, [exact[0], error, exact[2]]) == []
 
 
+def test_the_rate_of_a_straight_run_that_is_noise_is_no_stray() -> None:
+    class WithRate(Boat):
+        outputs = Boat.states
+
+    rng = np.random.default_rng(1)
+    rates = [0.1 * np.sin(runs(3)[0].t), rng.normal(0.0, 0.002, 240), 0.1 * np.cos(runs(3)[2].t)]
+    trials = [replace(one, outputs={"r": r, **one.outputs}) for one, r in zip(runs(3), rates)]
+    noise = {"r": 0.002, **NOISE}
+    cost = cost_of(replace(study(3), model=WithRate(), trials=Trials(trials), noise=noise), threads=1)
+    exact = [np.column_stack([trial.outputs[name] for name in noise]) for trial in trials]
+    missed = exact[1] + np.array([0.0065, 0.0, 0.0, 0.0])
+    assert motion(trials[1], WithRate.outputs, WithRate.outputs[0]) < 0.0065
+    assert stray_runs(cost, [exact[0], missed, exact[2]]) == []
+    (stray,) = stray_runs(cost, [exact[0], exact[1] + np.array([0.02, 0.0, 0.0, 0.0]), exact[2]])
+    assert (stray.trial, stray.channel.name) == ("run 1", "r")
+
+
 def test_the_advice_is_not_what_is_done_already() -> None:
     free, fixed = (found_from(WRONG, initial=initial).findings for initial in ("free", "fixed"))
     said = [next(one for one in found if one.code == "runs-stray").do for found in (free, fixed)]

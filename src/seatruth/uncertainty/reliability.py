@@ -29,7 +29,8 @@ _ABOVE_NOISE = 3.0
 _TURN = math.pi / 4.0
 """Root mean square error of an angle from which a run strays: an eighth of a turn."""
 _QUIET = 0.1
-"""Part of the usual motion of a position below which a run hardly moves: the error of a level leg is no stray."""
+"""Part of its usual motion below which a channel hardly moves: the depth of a level leg, or the rate of turn of a
+straight one, whose record is noise, is no stray."""
 _OUTLIER, _OUTLIER_OF_OTHERS = 30.0, 10.0
 """Error over noise of a run, and over that of the other runs, from which it is far beyond both."""
 _FAR_PRIORS = 5.0
@@ -75,7 +76,7 @@ def stray_runs(cost: StudyCost, predicted: Sequence[Array]) -> list[Stray]:
     ratios = _noise_ratios(cost, predicted)
     least = [
         _QUIET * float(np.nanmedian([motion(trial, channels, channel) for trial in cost.trials]))
-        if channel.unit == "m" and any(channel.name in trial.outputs for trial in cost.trials)
+        if any(channel.name in trial.outputs for trial in cost.trials)
         else 0.0
         for channel in channels
     ]
