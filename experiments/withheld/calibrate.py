@@ -239,8 +239,8 @@ def posterior(case: Case, constants: Constants) -> Array:
         counts = beyond_the_form(counts, case.log_evidence, case.apart, limit, constants.temperature)
     if case.keys:
         on = case.discrepancy > 0.0
-        given = case.keys, on.tolist(), _of_sensors(), constants.unseen_form, constants.temperature
-        counts = errors_beside_forces(counts, case.log_evidence, *given)
+        heat = constants.unseen_form, constants.temperature, constants.model_form
+        counts = errors_beside_forces(counts, case.log_evidence, case.keys, on.tolist(), _of_sensors(), *heat)
     log = counts + case.log_prior + kind + case.discrepancy * beside
     weight = np.exp(log - log.max())
     return np.asarray(np.bincount(case.answer, weight, len(case.right)) / weight.sum())

@@ -142,16 +142,25 @@ def test_another_form_is_behind_by_no_more_than_before_and_never_ahead(
     assert abs(raised[0] - raised[1]) == pytest.approx(max(0.0, behind - unseen) / temperature, abs=1e-9)
 
 
-def test_an_error_of_a_sensor_counts_in_full_beside_forces_beyond_what_these_do_not_show() -> None:
+def test_what_acts_on_the_vehicle_does_not_heat_an_error_of_a_sensor_beside_it_and_forces() -> None:
     keys = [("wind",), ("heading_bias", "wind"), ("gyro_bias", "heading_bias", "wind"), ("rudder_lag", "wind")]
     evidence = np.array([290.0, 320.0, 350.0, 320.0])
     found = evidence / 16.0
     sensors = {"heading_bias", "gyro_bias"}
 
     def counts(forces: list[bool], of: set[str]) -> Array:
-        return errors_beside_forces(found, evidence, keys, forces, of, 5.0, 2.0)
+        return errors_beside_forces(found, evidence, keys, forces, of, 5.0, 2.0, 0.1)
 
-    # 30 nats less 5, at the temperature of 2; the third set stands upon the second one.
-    assert counts([True] * 4, sensors) == pytest.approx([290.0 / 16.0, 290.0 / 16.0 + 12.5, 290.0 / 16.0 + 25.0, 20.0])
+    # 30 nats less 5, at a temperature of 2 + 0.1 * 30; the third set stands upon the second one.
+    assert counts([True] * 4, sensors) == pytest.approx([290.0 / 16.0, 290.0 / 16.0 + 5.0, 290.0 / 16.0 + 10.0, 20.0])
     assert counts([False] * 4, sensors) == pytest.approx(found), "without forces what the form leaves may be anywhere"
     assert counts([True] * 4, set()) == pytest.approx(found)
+
+
+def test_what_stands_beside_an_error_of_a_sensor_that_leads_is_heated_by_that() -> None:
+    """Whether the rest was also fitted alone does not tell a set from another that explains as much."""
+    keys = [("position_delay",), ("position_delay", "wave_drift"), ("current", "position_delay"), ("wave_drift",)]
+    evidence = np.array([154.6, 181.6, 180.7, 75.0])
+    found = evidence / 7.0
+    raised = errors_beside_forces(found, evidence, keys, [True] * 4, {"position_delay"}, 5.7, 1.0, 0.053)
+    assert raised == pytest.approx(found)

@@ -106,8 +106,8 @@ def counted(search: Search, evidence: Array, sets: Sequence[tuple[Key, bool]], l
     )
     apart = np.array([not {*leader.effects} & {*key} for key in keys])
     found = beyond_the_form(found, evidence, apart, _left_by_the_form(search, leader), settings.temperature)
-    on, unseen = [on for _, on in sets], settings.unseen_form
-    found = errors_beside_forces(found, evidence, keys, on, sensors, unseen, settings.temperature)
+    heat = settings.unseen_form, settings.temperature, settings.model_form
+    found = errors_beside_forces(found, evidence, keys, [on for _, on in sets], sensors, *heat)
     return in_another_form(found, evidence, _other_forms(keys, search.problem.effects), settings.unseen_form)
 
 
