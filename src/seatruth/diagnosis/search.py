@@ -326,7 +326,8 @@ def _refit_parts(found: Search) -> None:
                 if known is None or anyway or short or known.promised > at.evidence - _FAR:
                     sizes = at.sizes if at.discrepancy or not on else at.sizes.with_discrepancy()
                     words = f"from the end of {'+'.join(leader)}, {round_}"
-                    fit_once(found, key, on, point, sizes, attempt=words, stop=found.known_end(key, on))
+                    stop = None if short else found.known_end(key, on)
+                    fit_once(found, key, on, point, sizes, attempt=words, stop=stop)
         parts = [found.fits[key, at.discrepancy] for key in rests if key and (key, at.discrepancy) in found.fits]
         part = max(parts, key=lambda fit: fit.evidence, default=None)
         if part is not None and _elsewhere(found.problem, part, at):
