@@ -122,7 +122,7 @@ class Fit:
         """Whether a fit that came to this point from elsewhere would end at this optimum.
 
         Its shared unknowns are near those of the optimum, and its runs as near as noise: a run may follow its record on
-        another branch, held there by forces of its own. Half of the time of a search went to such fits.
+        another branch, held there by forces of its own. Of a launch a third of the time went to such fits.
         """
         sd, free = self.stderr(problem), self.solution.free
         if not self.settled or (np.abs(point.shared - self.point.shared)[free] > _THERE * sd[free]).any():

@@ -218,7 +218,7 @@ def errors_beside_forces(
 
     Of a boat in a short sea, whose drift explained 290 nats, a gyro 0.4 deg/s off explained 32 more, and had the same
     probability as none. Where the error explains more than the rest it leads, and the rest is what stands beside it: of
-    a ship on a pond whose position was late by 100 nats, a drift that had been fitted alone was certain beside that,
+    a ship on a pond whose late position explained 83 nats, a drift that had been fitted alone was certain beside that,
     and a current that had not, 0.9 nats behind, impossible.
 
     Args:
