@@ -155,6 +155,9 @@ def test_what_is_held_stays_and_pays_its_prior(problem: Problem, at: Linearizati
     found = likelihood.solve(sizes, EFFECTS)
     assert found.shared[held] == 0.0
     np.testing.assert_allclose(found.shared, step[: dense.S], atol=1e-4 * np.abs(step).max(), rtol=1e-3)
+    free = Likelihood(problem, at)
+    assert free.holding((held,)).log_likelihood(sizes, EFFECTS) == value
+    assert likelihood.holding(()).log_likelihood(sizes, EFFECTS) == free.log_likelihood(sizes, EFFECTS) != value
 
 
 def test_a_step_ends_at_its_bounds_and_the_others_allow_for_it(

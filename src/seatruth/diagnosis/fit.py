@@ -202,6 +202,7 @@ def fit(
             if stop is not None and stop(point):
                 raise Stopped
             kept = _kept_promise(problem, at, sizes, likelihood, taken.fall)
+            del at, likelihood  # of the largest arrays, not two at a time
             # Derivatives of another point may lead astray; those of runs that bend hold for tiny steps only.
             if problem.lent and kept < _KEPT_PROMISE:
                 problem.renew()
@@ -246,6 +247,7 @@ def _approached(problem: Problem, effects: tuple[str, ...], point: Point, sizes:
         at = problem.linearize(point, effects, discrepancy=sizes.discrepancy)
         likelihood = likelihood_at(problem, at, inflated, effects)
         taken = step(problem, at, inflated, likelihood, taken)
+        del at, likelihood
         nearer = _distances(problem, problem.errors(taken.point), sizes)
         progress = float(np.sum(np.log(np.maximum(distance, 1.0)) - np.log(np.maximum(nearer, 1.0))))
         if progress > 0.0:
@@ -337,7 +339,7 @@ def fit_at(
     evidence = likelihood.evidence(sizes, effects) + log_prior(problem.settings, sizes, known)
     price = price_of_sizes(lambda one: likelihood.log_likelihood(one, effects), sizes, problem.settings)
     # What stands at its bound is known no better for that.
-    free = Likelihood(problem, at) if likelihood.held else likelihood
+    free = likelihood.holding(()) if likelihood.held else likelihood
     solution = free.shared_step(sizes, effects)
     ahead = objective(problem, point, at.errors, sizes, effects, likelihood) - likelihood.least(sizes, effects)
     settled = settled and ahead < _AHEAD_OF_IT

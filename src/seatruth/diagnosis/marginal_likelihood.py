@@ -83,6 +83,14 @@ class Likelihood(SharedLikelihood):
         step = self.solve(sizes, effects).shared[own]
         return tuple(own[(low & (step < 0.0)) | (high & (step > 0.0))].tolist())
 
+    def holding(self, held: Sequence[int]) -> Likelihood:
+        """The same with these shared unknowns held where the point has them; what is whitened serves both."""
+        found = copy.copy(self)
+        offset = (self.problem.mean - self.point.shared)[self.columns]
+        super(Likelihood, found).__init__(self.problem, self.columns, self.priors, offset, held)
+        found._last_gram = found._last_reduced = None
+        return found
+
     def bounded(self, sizes: Sizes, effects: Sequence[str]) -> Likelihood:
         """The same with every unknown held at the bound that its most probable step would cross. For `solve` alone.
 

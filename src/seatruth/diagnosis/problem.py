@@ -198,8 +198,8 @@ class Problem:
         last point twice: each thread keeps its last linearization.
         """
         last: Linearization | None = getattr(self._kept, "last", None)
-        asked = tuple(effects), discrepancy
-        if last is None or last.point is not point or (last.effects, last.discrepancy) != asked:
+        if last is None or last.point is not point or (last.effects, last.discrepancy) != (tuple(effects), discrepancy):
+            last = self._kept.last = None  # not two at a time
             last = self._kept.last = self._linearized(point, tuple(effects), discrepancy)
         return last
 
@@ -226,23 +226,23 @@ class Problem:
             bound = self.bound(point, names)
             theta = dict(zip(self.space.varying, self.theta(point)))
             free_values, x0 = np.array([theta[n] for n in names]), self.start_states(point)
-            found = bound.jacobian(free_values, x0, self.initial_names, last_states=False)
-            y, dy = found.y, found.dy[self.valid]
+            y, dy, *_ = bound.jacobian(free_values, x0, self.initial_names, last_states=False)
+            dy = dy[self.valid]
         with np.errstate(all="ignore"):
             errors = (self._simulator.measured - y)[self.valid]
         errors[~(np.abs(errors) < _OVERFLOWS)] = math.inf
-        # In place: the derivatives of long trials are the largest arrays that there are.
+        # The largest arrays: in place, and by columns, so that effects that take no part take no memory.
         slopes = np.negative(dy, out=dy)
         limit = _LARGEST * (1.0 + float(np.abs(errors).max(initial=0.0)))
         if not -limit < slopes.min(initial=0.0) <= slopes.max(initial=0.0) < limit:
             slopes[~(np.abs(slopes) < limit)] = 0.0
-        shared = np.zeros((len(errors), len(self.unknowns)))
+        shared = np.zeros((len(errors), len(self.unknowns)), order="F")
         shared[:, kept] = slopes[:, : len(free)]
         if tied:
             chain = self.space.varying_jacobian(self._free_values(point))
             rows = [self.space.varying.index(name) for name in tied]
             at = len(free) + len(knots)
-            shared += (slopes[:, at : at + len(tied)] @ chain[rows])[:, self._free_kept]
+            shared[:, kept] += (slopes[:, at : at + len(tied)] @ chain[rows])[:, self._free_kept[kept]]
         by_initial, by_knots = slopes[:, len(names) :], slopes[:, len(free) : len(free) + len(knots)]
         local = np.concatenate([by_initial, by_knots], axis=1)
         return Linearization(point, effects, discrepancy, errors, shared, local)

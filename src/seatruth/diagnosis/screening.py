@@ -53,11 +53,13 @@ def screen(found: Search, at: Fit) -> list[str]:
         for other in others:
             value = _judged(found, likelihood, here, sizes, (*at.effects, other)) - at.price
             loose_scores[other] = max(loose_scores[other], value)
+    plain_scores = {other: _judged(found, likelihood, here, bare, (*at.effects, other)) for other in others}
+    whole = {other for other in others if _may_be_whole(found, at, likelihood, [bare, at.sizes], other)}
+    del here, likelihood  # as large as what is linearized next
     alone = _alone(found, at, others)
     scores: dict[str, tuple[float, float, list[list[float]]]] = {}
     for other in others:
-        key, loose = (*at.effects, other), loose_scores[other]
-        plain = _judged(found, likelihood, here, bare, key)
+        key, loose, plain = (*at.effects, other), loose_scores[other], plain_scores[other]
         chosen = found.starts[other] if other in found.starts else _ordered_starts(found, at, other)
         if len(chosen):
             from_there = _score_from(found, at, key, other, chosen[0], bare)
@@ -66,7 +68,7 @@ def screen(found: Search, at: Fit) -> list[str]:
                 found.starts[other] = chosen
             plain, loose = max(plain, from_there[0]), max(loose, from_there[1])
         plain = max(plain, alone.get(other, -math.inf))
-        if not _may_be_whole(found, at, likelihood, [bare, at.sizes], other):
+        if other not in whole:
             plain = loose = -math.inf
         scores[other] = plain, loose, found.starts[other].tolist() if other in found.starts else []
         found.screened[tuple(sorted(key)), False] = plain
@@ -246,11 +248,11 @@ def _ordered_starts(found: Search, at: Fit, name: str) -> Array:
     plain = found.fits.get((at.effects, False))
     if not directed and plain is not None and plain.evidence > at.evidence - HOPE:
         at = plain
-    near = at.linearized(problem)
+    near = None if directed else at.linearized(problem)
     for values in starts:
         point = started(problem, at, name, values)
         errors = problem.errors(point)
-        if directed:
+        if near is None:
             # Its force stands in the place of missing ones: what is left of them decides, and no refit is needed.
             options.append((-objective(problem, point, errors, at.sizes, at.effects, at.likelihood), values))
         elif np.isfinite(errors).all():

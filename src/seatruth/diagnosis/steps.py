@@ -183,7 +183,7 @@ def likelihood_at(problem: Problem, at: Linearization, sizes: Sizes, effects: Se
     """The likelihood at a linearization, with what would leave its bounds held there."""
     free = Likelihood(problem, at)
     held = free.held_at_bounds(sizes, effects)
-    return Likelihood(problem, at, held=held) if held else free
+    return free.holding(held) if held else free
 
 
 def objective(
