@@ -107,6 +107,30 @@ def test_what_looks_alike_begins_along_the_direction_that_was_found(found: Searc
         assert fit.evidence == pytest.approx(rival.evidence, abs=3.0), "the same force by another name"
 
 
+def test_beside_others_it_also_begins_with_the_values_that_it_has_alone(
+    found: Search, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Unless it explains as much already."""
+    search, problem, sets = replace(found, fits=dict(found.fits), replaced={}), found.problem, ("current", "sea")
+    sizes, bare = search.null.sizes.without_discrepancy(), without_discrepancy(problem, search.null.point)
+    for key, name, values in ((("squall",), "squall", TRUE.values()), (sets, "current", (-0.25, 0.15))):
+        point = moved_to(problem, bare, name, np.array([*values]))
+        search.fits[key, False] = fit_at(problem, key, point, sizes, search.known, discrepancy=False, settled=True)
+    starts: dict[str, Any] = {}
+    monkeypatch.setattr(directions, "fit_once", lambda *given, attempt, **_: starts.update({attempt: given[3]}))
+    along, leader = "along the direction of current in current+sea", search.fits[sets, False]
+    fit_directions(search, [leader])
+    assert [*starts] == [along, f"{along}, with its own values"]
+    shared = starts[f"{along}, with its own values"].shared
+    assert shared[problem.columns["squall"]] == pytest.approx([*TRUE.values()], abs=0.01)
+    assert shared[problem.columns["current"]].tolist() == [0.0, 0.0]
+    starts.clear()
+    search.replaced.clear()
+    search.fits[("sea", "squall"), False] = replace(leader, evidence=leader.evidence - 1.0)
+    fit_directions(search, [leader])
+    assert [*starts] == [along]
+
+
 def test_what_shows_no_direction_leads_nowhere(found: Search) -> None:
     fits = dict(found.fits)
     fit_directions(found, [fit for (key, _), fit in fits.items() if not key])

@@ -33,13 +33,22 @@ def compensated(problem: Problem, point: Point, shared: Array) -> Point:
 
     Those of a black box stay: its equations would be needed.
     """
+    return compensating(problem, point)(shared)
+
+
+def compensating(problem: Problem, point: Point) -> Callable[[Array], Point]:
+    """The same for any shared unknowns (S,) in the place of the point's, whose motion is simulated once."""
     model = problem.discrepancy
     if not isinstance(model, DiscrepancyModel):
-        return Point(shared, point.initial, point.forces)
-    states = problem.states(point)
-    before, after = (_accelerations(problem, model, values, states) for values in (point.shared, shared))
-    change = _between_knots(problem, model, [b - a for a, b in zip(before, after)])
-    return Point(shared, point.initial, point.forces - change)
+        return lambda shared: Point(shared, point.initial, point.forces)
+    equations, states = _Equations(problem, model), problem.states(point)
+    before = equations.accelerations(point.shared, states)
+
+    def to(shared: Array) -> Point:
+        change = [b - a for a, b in zip(before, equations.accelerations(shared, states))]
+        return Point(shared, point.initial, point.forces - _between_knots(problem, model, change))
+
+    return to
 
 
 def along(problem: Problem, point: Point, whole: Solution) -> Callable[[float], Point]:
@@ -52,39 +61,47 @@ def along(problem: Problem, point: Point, whole: Solution) -> Callable[[float], 
     model = problem.discrepancy
     if not isinstance(model, DiscrepancyModel):
         raise TypeError("a black box has no equations along which forces could be told")
-    near = problem.moved(point, whole.shared, whole.local, _SLOPE)
+    near, equations = problem.moved(point, whole.shared, whole.local, _SLOPE), _Equations(problem, model)
     states, beside = problem.states(point), problem.states(near)
-    before = _accelerations(problem, model, point.shared, states)
-    after = _accelerations(problem, model, near.shared, beside)
+    before = equations.accelerations(point.shared, states)
+    after = equations.accelerations(near.shared, beside)
     slopes = [(b - a) / _SLOPE for a, b in zip(before, after)]
     motions = [(b - a) / _SLOPE for a, b in zip(states, beside)]
 
     def to(part: float) -> Point:
         moved = problem.moved(point, whole.shared, whole.local, part)
         there = [motion + part * slope for motion, slope in zip(states, motions)]
-        found = _accelerations(problem, model, moved.shared, there)
+        found = equations.accelerations(moved.shared, there)
         beyond = [c - a - part * slope for a, slope, c in zip(before, slopes, found)]
         return Point(moved.shared, moved.initial, moved.forces - _between_knots(problem, model, beyond))
 
     return to
 
 
-def _accelerations(problem: Problem, model: DiscrepancyModel, shared: Array, states: list[Array]) -> list[Array]:
-    """Accelerations (n, E) along each trial's motion (n, S) by the equations with these shared unknowns.
+class _Equations:
+    """The equations of motion with the inputs of all trials, one after the other."""
 
-    Each trial's own missing forces are not among them.
-    """
-    order = [channel.name for channel in model.states]
-    rows = [order.index(state) for state in problem.equations]
-    names = [unknown.name for unknown in problem.unknowns]
-    found = []
-    for trial, motion in zip(problem.trials, states):
-        t = np.asarray(trial.t)
-        inputs = np.stack([np.asarray(trial.inputs[channel.name]) for channel in model.inputs], axis=1)
-        own = np.full(t.size, model.number_of(trial.name))
-        rates = evaluate_rhs(model, shared, names, problem.space.nominal(), motion, inputs, t, trial=own)
-        found.append(rates[:, rows])
-    return found
+    def __init__(self, problem: Problem, model: DiscrepancyModel) -> None:
+        self._problem, self._model, trials = problem, model, problem.trials
+        order = [channel.name for channel in model.states]
+        self._rows = [order.index(state) for state in problem.equations]
+        self._names = [unknown.name for unknown in problem.unknowns]
+        inputs = [np.concatenate([trial.inputs[channel.name] for trial in trials]) for channel in model.inputs]
+        self._t = np.concatenate([trial.t for trial in trials])
+        self._inputs = np.array(inputs).reshape(len(inputs), len(self._t)).T
+        self._own = np.concatenate([np.full(len(trial), model.number_of(trial.name)) for trial in trials])
+        self._ends = np.cumsum([len(trial) for trial in trials])[:-1]
+
+    def accelerations(self, shared: Array, states: list[Array]) -> list[Array]:
+        """Accelerations (n, E) along each trial's motion (n, S) with these shared unknowns.
+
+        Each trial's own missing forces are not among them.
+        """
+        motion, known = np.concatenate(states), self._problem.space.nominal()
+        rates = evaluate_rhs(
+            self._model, shared, self._names, known, motion, self._inputs, self._t, trial=self._own
+        )  # fmt: skip
+        return np.split(rates[:, self._rows], self._ends)
 
 
 def _between_knots(problem: Problem, model: DiscrepancyModel, series: list[Array]) -> Array:

@@ -17,8 +17,8 @@ from seatruth.diagnosis.initial_guess import (
     forces_instead,
     from_equation_error,
     moved_to,
+    started,
     stepped,
-    with_effect,
 )
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Point, Problem
@@ -350,13 +350,6 @@ def _start(found: Search, key: Key, near: Fit) -> Point:
         if name not in near.effects and name in found.starts:
             point = started(found.problem, replace(near, point=point), name, found.starts[name][0])
     return point
-
-
-def started(problem: Problem, near: Fit, name: str, values: Array) -> Point:
-    """The point of a near fit with one more effect at these values, in the place of forces where it has them."""
-    if near.discrepancy:
-        return with_effect(problem, near.point, name, values)
-    return moved_to(problem, near.point, name, values)
 
 
 def _is_rough(found: Search) -> bool:

@@ -9,13 +9,14 @@ equations give is linear in coefficients, discrepancy terms and forces (equation
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from seatruth.arrays import Array, Flags
-from seatruth.diagnosis.compensation import compensated
+from seatruth.diagnosis.compensation import compensated, compensating
 from seatruth.diagnosis.discrepancy.model import hats
+from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.sizes import Sizes
@@ -141,6 +142,20 @@ def forces_instead(problem: Problem, point: Point, names: Sequence[str]) -> Poin
     Where they only vanish, a long run that they held near its record strays or diverges.
     """
     return compensated(problem, point, without_effects(problem, point, names).shared)
+
+
+def started(problem: Problem, near: Fit, name: str, values: Array) -> Point:
+    """The point of a near fit with one more effect at these values, in the place of forces where it has them."""
+    return starting(problem, near)(name, values)
+
+
+def starting(problem: Problem, near: Fit) -> Callable[[str, Array], Point]:
+    """The same for any effect and values; the motion of the near fit is simulated once."""
+    point = near.point
+    if not near.discrepancy:
+        return lambda name, values: moved_to(problem, point, name, values)
+    instead = compensating(problem, point)
+    return lambda name, values: instead(moved_to(problem, point, name, values).shared)
 
 
 def stepped(problem: Problem, likelihood: Likelihood, sizes: Sizes, key: Sequence[str], start: Point) -> Point:

@@ -11,8 +11,8 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search
-from seatruth.diagnosis.hypothesis_fits import PARTS, started
-from seatruth.diagnosis.initial_guess import moved_to
+from seatruth.diagnosis.hypothesis_fits import PARTS
+from seatruth.diagnosis.initial_guess import moved_to, started, starting
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Linearization, Problem
 from seatruth.diagnosis.size_search import with_shape
@@ -248,9 +248,9 @@ def _ordered_starts(found: Search, at: Fit, name: str) -> Array:
     plain = found.fits.get((at.effects, False))
     if not directed and plain is not None and plain.evidence > at.evidence - HOPE:
         at = plain
-    near = None if directed else at.linearized(problem)
+    near, begin = None if directed else at.linearized(problem), starting(problem, at)
     for values in starts:
-        point = started(problem, at, name, values)
+        point = begin(name, values)
         errors = problem.errors(point)
         if near is None:
             # Its force stands in the place of missing ones: what is left of them decides, and no refit is needed.
