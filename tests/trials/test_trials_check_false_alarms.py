@@ -144,6 +144,22 @@ def test_positions_with_noise_still_show_a_speed_that_is_another_runs() -> None:
         assert "position-disagree" in codes(check_trial(hovering(seed, speed=0.8, noise=0.2, other=True))), seed
 
 
+def test_fixes_that_make_positions_disagree_are_named_where_they_are_few() -> None:
+    """Lost for a while and wrong once: no neighbours show an outlier."""
+    run = hovering(1, speed=0.4, noise=0.02)
+    x = np.array(run.outputs["x"])
+    x[[200, 210, 220, 240, 250, 260]] = np.nan
+    x[230] += 60.0
+    found = next(f for f in check_trial(replace(run, outputs={**run.outputs, "x": x})) if f.code == "position-disagree")
+    assert "t = 23 to 27 s" in found.where
+    assert "at this place" in found.do
+    spread = next(
+        f for f in check_trial(hovering(1, speed=0.8, noise=0.2, other=True)) if f.code == "position-disagree"
+    )
+    assert "t =" not in spread.where
+    assert "at this place" not in spread.do
+
+
 def late_zigzag(period: float, amplitude: float, late: float) -> Trial:
     """A quick zigzag at 2.2 m/s with u, v and psi, and positions once a second that are late (s)."""
     rng, rate = np.random.default_rng(0), 2.0 * np.pi / period

@@ -67,7 +67,7 @@ def check_positions(trial: Trial) -> Iterator[Finding]:
         if named is not None:
             yield named
             return
-    yield from _fine(trial, plain, mismatch)
+    yield from _fine(trial, w, plain, mismatch)
 
 
 def _astern(trial: Trial) -> Iterator[Finding]:
@@ -186,6 +186,17 @@ def _named_fault(trial: Trial, w: Windows, plain: _Motion, mismatch: float) -> F
     )
 
 
+def _few_places(w: Windows, motion: _Motion) -> NDArray[np.int64]:
+    """Ends of the windows that hold more than half of the disagreement, those of most of them; none if it is spread."""
+    apart = np.abs(motion.measured - motion.expected) ** 2
+    worst = np.argsort(-apart)[: len(apart) // 10]
+    few = 1 + int(np.searchsorted(np.cumsum(apart[worst]), 0.5 * float(apart.sum())))
+    if few > len(worst):
+        return np.zeros(0, dtype=np.int64)
+    ends, times = np.unique(np.concatenate([w.first[worst[:few]], w.last[worst[:few]]]), return_counts=True)
+    return np.asarray(ends[times == times.max()])
+
+
 def _scale(motion: _Motion) -> complex:
     """Best complex factor from expected to measured displacement."""
     bottom = float(np.sum(np.abs(motion.expected) ** 2))
@@ -201,7 +212,7 @@ def _rest(motion: _Motion) -> float:
     return rms(np.abs(motion.measured - _scale(motion) * motion.expected)) / rms(np.abs(motion.measured))
 
 
-def _fine(trial: Trial, motion: _Motion, mismatch: float) -> Iterator[Finding]:
+def _fine(trial: Trial, w: Windows, motion: _Motion, mismatch: float) -> Iterator[Finding]:
     """Scale, rotation, drift and lever arm, each with its standard error."""
     fit = _regression(motion)
     if fit is None:
@@ -210,14 +221,17 @@ def _fine(trial: Trial, motion: _Motion, mismatch: float) -> Iterator[Finding]:
     if explained < limits.AGREEMENT:
         if not _beyond_noise(trial, motion, explained):
             return
+        worst = _few_places(w, motion)
         yield make_finding(
             trial,
             "warning",
             "position-disagree",
             "Displacements and the integral of u, v and psi have little in common (disagreement "
             f"{100 * mismatch:.0f} %).",
-            "Check the columns, their units and their clocks.",
+            ("Look first at the positions at this place, from which most of it comes. " if worst.size else "")
+            + "Check the columns, their units and their clocks.",
             channel="x",
+            samples=worst,
         )
         return
     size, turn = abs(a), float(np.angle(a))

@@ -67,7 +67,7 @@ def check_time(trial: Trial) -> Iterator[Finding]:
             "time-irregular",
             f"Sampling is uneven: {100 * uneven:.0f} % of the steps differ from {step:.3g} s by more than "
             f"{100 * limits.JITTER:.0f} %.",
-            "Fits accept it; the steps low_pass and differentiate need 'resample' first.",
+            "A fit takes each sample at its own time; the steps low_pass and differentiate need 'resample' first.",
         )
 
 
