@@ -330,7 +330,7 @@ def test_an_antenna_away_from_the_origin_moves_as_its_positions_do() -> None:
         assert np.gradient(moved[position], t)[1:-1] == pytest.approx(moved[velocity][1:-1], abs=2e-4)
 
 
-@pytest.mark.parametrize("shown", [(), ("v_n", "v_e"), ("sog", "cog")])
+@pytest.mark.parametrize("shown", [(), ("v_n", "v_e"), ("sog", "cog"), ("u_w",), ("u_w", "v_w"), ("x", "y")])
 def test_a_late_position_is_late_from_the_first_sample_on(shown: tuple[str, ...]) -> None:
     """Whatever shows the speed there. A trial that began with a jump would ask for half of the delay."""
     model = observed(load_model("mmg"), [Observation(name) for name in shown])
@@ -338,9 +338,13 @@ def test_a_late_position_is_late_from_the_first_sample_on(shown: tuple[str, ...]
     t = np.arange(0.0, 5.0, 0.1)
     inputs = {"delta": np.zeros(t.size), "n": np.full(t.size, 12.0)}
     moving = {"u": 1.2, "v": 0.0, "r": 0.0, "psi": 0.5, "x": 3.0, "y": -2.0, "sog": 1.2, "cog": 0.5}
-    moving |= {"v_n": 1.2 * math.cos(0.5), "v_e": 1.2 * math.sin(0.5)}
+    moving |= {"v_n": 1.2 * math.cos(0.5), "v_e": 1.2 * math.sin(0.5), "u_w": 1.2, "v_w": 0.0}
     names = [channel.name for channel in extended.outputs]
-    run = Trial("run", t, inputs, {name: np.full(t.size, moving[name]) for name in names})
+    recorded = {name: np.full(t.size, moving[name]) for name in names}
+    if shown == ("x", "y"):  # no speed at all: that of the first positions
+        way = {"x": moving["v_n"] * t, "y": moving["v_e"] * t}
+        recorded = {"psi": recorded["psi"], **{name: recorded[name] + way[name] for name in shown}}
+    run = Trial("run", t, inputs, recorded)
     sim = simulator(extended, [run], free=("position_delay_tau",), values=extended.nominal())
     now, late = sim.outputs(np.array([[0.0], [0.4]]), sim.initial_states).y[:, 0]
     for position, velocity in (("x", "v_n"), ("y", "v_e")):

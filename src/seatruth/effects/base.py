@@ -11,7 +11,8 @@ An effect is one small class of plain equations around a model. Each hook is opt
     measured_outputs(y, s, i, q, e)       the outputs that the sensors show: the sensor's path
     rates(s, i, p, q, e)                  d/dt of the effect's own `states`
     rates_from_outputs(y, s, i, q, e)     the same, where they depend on the outputs
-    initial_state(y, i, p, q)             own states at the start of a trial; zero where there is no hook
+    initial_state(y, i, p, q)             own states at the start of a trial; zero where there is no hook. y has the
+                                          states of the model, too, that no output shows
 
 s, i, y, p are the named tuples of the model, s with the effect's own states too, under the standard names of channels;
 q are the effect's own parameters, e the environment, d the vehicle's size, thrust and drag (`models.geometry.Vehicle`).

@@ -84,6 +84,13 @@ class View:
         return kind(*(_plus(_times(x, scale), rest) for x, scale, rest in zip(seen, self.scales, self.rests)))
 
 
+def at_start(aliases: ChannelAliases, model: Model) -> tuple[View, tuple[int, ...]]:
+    """What an effect sees of a trial's start: the outputs, then the states that no output shows; their places."""
+    shown = {aliases.in_effect(channel.name) for channel in model.outputs}
+    hidden = [(k, one) for k, one in enumerate(model.states) if aliases.in_effect(one.name) not in shown]
+    return View(aliases, (*model.outputs, *(one for _, one in hidden))), tuple(k for k, _ in hidden)
+
+
 def _times(x: Any, scale: float) -> Any:
     return x if scale == 1.0 else -x if scale == -1.0 else x * scale
 

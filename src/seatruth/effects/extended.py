@@ -10,7 +10,7 @@ from typing import Any
 
 from seatruth.effects.base import Effect
 from seatruth.effects.black_box import ExtendedBlackBox, trials_of
-from seatruth.effects.channel_aliases import ChannelAliases, View
+from seatruth.effects.channel_aliases import ChannelAliases, View, at_start
 from seatruth.effects.declaring import how_to_name
 from seatruth.effects.targets import Target, aliases_of, targets
 from seatruth.effects.vehicle import DeclaredVehicle
@@ -243,16 +243,19 @@ class _Equations:
     def initial_state(self) -> Equations:
         split, base = self._split_parameters(), self.base.initial_state
         names = [channel.name for channel in self.base.states]
-        effects, view_y, view_i = self.effects, self.view_y, self.view_i
+        effects, view_i = self.effects, self.view_i
+        seen = [at_start(application.aliases, self.base) for application in self.applied]
 
         def initial_state(y: Any, i: Any, p: Any) -> tuple[Any, ...]:
             p, own = split(p)
             result = [getattr(y, name) for name in names] if base is None else list(base(y, i, p))
-            for effect, q, outputs, inputs in zip(effects, own, view_y, view_i):
+            first = tuple(result)
+            for effect, q, (view, further), inputs in zip(effects, own, seen, view_i):
                 if effect.initial_state is None:
                     result.extend(0.0 for _ in effect.states)
                 else:
-                    result.extend(effect.initial_state(outputs.of(y), inputs.of(i), p, q))
+                    outputs = view.of((*y, *(first[k] for k in further)))
+                    result.extend(effect.initial_state(outputs, inputs.of(i), p, q))
             return tuple(result)
 
         return initial_state

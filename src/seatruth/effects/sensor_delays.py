@@ -25,14 +25,18 @@ _SOURCE = "[S] magnitude of the catalogue: 0.05 to 1 s"
 
 
 def _over_ground(y: Any) -> tuple[float, float]:
-    """Velocity north and east that outputs show; zero where they show none."""
-    if hasattr(y, "u"):
-        u, v, psi = y.u, getattr(y, "v", 0.0), getattr(y, "psi", 0.0)
-        return u * math.cos(psi) - v * math.sin(psi), u * math.sin(psi) + v * math.cos(psi)
+    """Velocity north and east at the start of a trial: over ground if outputs show it, else that of the model's states.
+
+    Zero where neither outputs nor states have one.
+    """
+    if hasattr(y, "v_n") and hasattr(y, "v_e"):
+        return y.v_n, y.v_e
+    psi = getattr(y, "psi", 0.0)
     if hasattr(y, "sog"):
-        course = getattr(y, "cog", getattr(y, "psi", 0.0))
+        course = getattr(y, "cog", psi)
         return y.sog * math.cos(course), y.sog * math.sin(course)
-    return getattr(y, "v_n", 0.0), getattr(y, "v_e", 0.0)
+    u, v = (getattr(y, name, getattr(y, f"{name}_w", 0.0)) for name in ("u", "v"))
+    return u * math.cos(psi) - v * math.sin(psi), u * math.sin(psi) + v * math.cos(psi)
 
 
 class PositionDelay(Filtered):
