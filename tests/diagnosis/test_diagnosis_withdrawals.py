@@ -228,6 +228,16 @@ def test_of_two_that_predict_nothing_together_the_one_that_predicts_alone_stays(
     assert neither.outdone == ("position_delay", "thruster_lag")
 
 
+def test_a_direction_that_trials_share_stays_whatever_runs_that_stray_say() -> None:
+    """Of an ROV whose runs ended 4 to 150 deviations of the noise off, with the current that acted and without."""
+    entries = (("current",), 0.9, True), ((), 0.1, True)
+    said, found = decided(*entries), hypotheses(*entries)
+    fold = Fold("spin", ("current",), 25.0, 26.0, 20.0, 33.0, 1.0, 0.1, 95.0)
+    tried = {("current",): Validation((fold,), -0.04, -0.4, 0.4, 0.2)}
+    assert without_outdone(said, found, EFFECTS, tried.get, lambda _: 0.0).outdone == ("current",)
+    assert without_outdone(said, found, EFFECTS, tried.get, lambda _: 0.0, ["current"]) == said
+
+
 def test_an_error_that_grew_by_more_than_a_sensor_moves_the_trial_is_not_the_sensors() -> None:
     """Of a ship on a pond whose model misses runs by 100 times the noise: a late position moves them by 7."""
     entries = (("position_delay",), 0.9, True), ((), 0.1, True)

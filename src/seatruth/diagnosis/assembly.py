@@ -33,6 +33,7 @@ from seatruth.diagnosis.reported_noise import noise_of_channels
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sections import recorded
 from seatruth.diagnosis.sentences import verdict_sentence
+from seatruth.diagnosis.shared_directions import is_shared
 from seatruth.diagnosis.size_errors import is_sure, size_errors
 from seatruth.diagnosis.sizes import is_no_noise
 from seatruth.diagnosis.sizes_in_words import effect_in_words, furthest, prior_deviations
@@ -80,8 +81,7 @@ class Assembly:
         self.problem, self.settings = search.problem, search.problem.settings
         self._weighed = posterior.hypotheses(search, self.settings)
         self.information = Information(search)
-        self._gains: dict[tuple[str, Key], Array] = {}
-        self._gaps: dict[Key, Gap] = {}
+        self._gains, self._gaps = dict[tuple[str, Key], Array](), dict[Key, Gap]()
         self._validations: dict[Key, Validation | None] = {}
         self._say: Callable[[str, int, int], None] = _silent
 
@@ -162,7 +162,9 @@ class Assembly:
     def _judged(self, said: Decision) -> Decision:
         """The decision less what trials left out are predicted better without."""
         gap, found, effects = self._gap_of(said.shown), self._weighed, self.problem.effects
-        left = without_outdone(said, found, effects, self._validated, gap.moved_by)
+        fit = self.search.beside(said.shown, self._beside) if gap.strays else None
+        shared = [name for name in said.shown if fit is not None and is_shared(self.search, name, fit, self.gains)]
+        left = without_outdone(said, found, effects, self._validated, gap.moved_by, shared)
         left = without_untried(left, found, effects, self._validated, forces=self.problem.discrepancy is not None)
         if gap.strays and left.shown == said.shown:
             left = without_negligible(left, found, effects, self._validated, gap, self.settings)
@@ -337,10 +339,9 @@ class Assembly:
         for name in ranked:
             effect = self.problem.effects[name]
             own = self.information.noncentrality(name, key, self._beside)
-            near = {}
-            if name in leading and own > _VISIBLE:
-                others = [o for o in leading if o != name and not are_one(self.problem.effects, name, o)]
-                near = {o: self.information.noncentrality_between(name, o, key, self._beside) for o in others}
+            seen = leading if name in leading and own > _VISIBLE else ()
+            others = [o for o in seen if o != name and not are_one(self.problem.effects, name, o)]
+            near = {o: self.information.noncentrality_between(name, o, key, self._beside) for o in others}
             parameters = self._parameters(name)
             gains = self.gains(name, key) if name in key else np.zeros(0)
             rows.append(

@@ -30,6 +30,7 @@ from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.refinement import refine
 from seatruth.diagnosis.screening import currents_in_each_trial, screen, waves_beside
 from seatruth.diagnosis.sections import RunsBend, most_sections
+from seatruth.diagnosis.sensors_beside import fit_sensor_errors
 from seatruth.diagnosis.siblings import fit_siblings
 from seatruth.diagnosis.sizes import noise_prior
 from seatruth.effects.each_trial import EachTrial
@@ -95,6 +96,7 @@ def search(
             ("what stands beside their effects in the tree of causes", lambda: fit_siblings(found)),
             ("leading sets with values for each trial", lambda: _fit_each_trial(found)),
             ("parts of the leading sets", lambda: _refit_parts(found)),
+            ("errors of sensors beside the leading set", lambda: fit_sensor_errors(found)),
             ("parts of probable sets", lambda: _fit_missing_parts(found)),
             # A part that had not been fitted shows directions as well.
             ("what looks like the leading parts", lambda: _fit_alike(found, 2)),

@@ -92,6 +92,7 @@ def without_outdone(
     effects: Mapping[str, Effect],
     validated: Callable[[Key], Validation | None],
     moves: Callable[[str], float],
+    shared: Collection[str] = (),
 ) -> Decision:
     """The decision, where what it names predicts more of trials left out than nothing, or terms of no name, do.
 
@@ -101,7 +102,8 @@ def without_outdone(
     as that of waves, stay: others do not predict them. Effects with a size of their own in each trial do not stand by
     what they add to the terms: they follow whatever the terms leave of a trial. They stand where the terms close next
     to nothing, and trials left out are predicted much better once such a size is fitted to them: no trial tells the
-    size of another, so that beside it, left open in both, the same trial without it errs as little.
+    size of another, so that beside it, left open in both, the same trial without it errs as little. What has a
+    direction on the earth that trials on several courses `shared` stays where runs stray, which then tell nothing.
 
     Errors of a sensor that are small beside what such runs miss stay: they change what one sensor says, which no term
     can without moving the others. What one `moves` the trials by, in deviations of the noise, tells how much nearer the
@@ -110,7 +112,7 @@ def without_outdone(
     are asked again: that one without which they come nearest to trials left out.
     """
     left = decision
-    while fallen := _outdone_of(left, effects, validated, moves):
+    while fallen := _outdone_of(left, effects, validated, moves, shared):
         worst = max(fallen, key=lambda one: closed(validated(others(left, one)))) if len(fallen) > 1 else fallen[0]
         kept = tuple(one for one in left.clusters if one is not worst)
         outdone = (*left.outdone, worst.member_in(left.shown))
@@ -125,6 +127,7 @@ def _outdone_of(
     effects: Mapping[str, Effect],
     validated: Callable[[Key], Validation | None],
     moves: Callable[[str], float],
+    shared: Collection[str],
 ) -> list[Cluster]:
     """The causes of a decision that do not stand, as `without_outdone` has it."""
     validation = validated(decision.shown) if decision.clusters else None
@@ -138,7 +141,7 @@ def _outdone_of(
             rest = others(decision, cluster)
             without = validated(rest) if rest else None
             return _hides(moves(name), without, validation) or _shows_beside_terms(without, validation)
-        if surely or follows_each_trial(effects[cluster.effects[0]]):
+        if surely or name in shared or follows_each_trial(effects[cluster.effects[0]]):
             return True
         if isinstance(effects[name], EachTrial):
             return _closes_its_own(validation, validated(others(decision, cluster)))
