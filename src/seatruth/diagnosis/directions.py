@@ -67,8 +67,8 @@ def _fit_from(found: Search, leader: Fit, key: Key, start: Point, attempt: str) 
 def _as_alone(found: Search, leader: Fit, key: Key, name: str, other: str) -> Point | None:
     """The point of a leader with an effect replaced by another with the values that it has alone.
 
-    None where it explains as much as a wrong form may cost already, or was not fitted alone. Beside two other effects
-    the wind of a ship on a pond, begun along its drift, was 0.4 m/s; alone it was 1.5 m/s, as it was that day.
+    None where it was not fitted alone, or is already no further behind than a wrong form costs. Beside two other
+    effects the wind of a ship on a pond, begun along its drift, was 0.4 m/s; alone it was 1.5 m/s, near that day's 1.3.
     """
     problem, got, alone = found.problem, found.fits.get((key, leader.discrepancy)), found.best((other,))
     near = leader.evidence - problem.settings.unseen_form
