@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
+from typing import Any, cast
 
 import boat_case as boat
 import numpy as np
 import pytest
 
-from seatruth.diagnosis.initial_guess import forces_instead, from_equation_error, with_effect, without_effects
+from seatruth.diagnosis.initial_guess import forces_instead, from_equation_error, started, without_effects
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import load_effects
@@ -75,7 +77,8 @@ def test_an_effect_in_the_place_of_forces_leaves_a_run_where_it_was(pushed: list
     begin = from_equation_error(problem)
     assert begin is not None
     values = np.array([0.1, -0.1])
-    moved = with_effect(problem, begin, "current", values)
+    near = cast(Any, SimpleNamespace(discrepancy=True, point=begin))
+    moved = started(problem, near, "current", values)
     assert moved.shared[problem.columns["current"]] == pytest.approx(values)
     alone = Point(moved.shared, begin.initial, begin.forces)
 

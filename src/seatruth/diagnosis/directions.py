@@ -17,9 +17,9 @@ from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search
 from seatruth.diagnosis.hypothesis_fits import fit_once
-from seatruth.diagnosis.initial_guess import started, starting, with_effect, without_effects
+from seatruth.diagnosis.initial_guess import started, starting
 from seatruth.diagnosis.marginal_likelihood import Likelihood
-from seatruth.diagnosis.problem import Point, Problem
+from seatruth.diagnosis.problem import Point
 from seatruth.diagnosis.sizes import log_prior
 from seatruth.diagnosis.steps import objective
 from seatruth.effects import Effect
@@ -75,7 +75,8 @@ def _as_alone(found: Search, leader: Fit, key: Key, name: str, other: str) -> Po
     if alone is None or len(key) < 2 or (got is not None and got.evidence > near):
         return None
     values = alone.point.shared[problem.columns[other]]
-    return started(problem, replace(leader, point=_without(problem, leader, name)), other, values)
+    bare = started(problem, leader, name, problem.mean[problem.columns[name]])
+    return started(problem, replace(leader, point=bare), other, values)
 
 
 def _times(found: Search, leader: Fit, name: str, other: str) -> int:
@@ -150,7 +151,7 @@ def _in_its_place(
     problem = found.problem
     if not shown.any():
         return None
-    bare = _without(problem, leader, name)
+    bare = started(problem, leader, name, problem.mean[problem.columns[name]])
     columns, places = problem.columns[other].tolist(), _components(found, other)
     power = problem.effects[other].power
     typical = float(np.mean(problem.sd[places])) / problem.settings.prior_width**power
@@ -167,13 +168,6 @@ def _in_its_place(
             if best is None or left < best[0]:
                 best = left, point
     return None if best is None else best[1]
-
-
-def _without(problem: Problem, leader: Fit, name: str) -> Point:
-    """The point of a fit without one effect, forces in its place where the fit has them."""
-    if leader.discrepancy:
-        return with_effect(problem, leader.point, name, problem.mean[problem.columns[name]])
-    return without_effects(problem, leader.point, [name])
 
 
 def _components(found: Search, name: str) -> list[int]:

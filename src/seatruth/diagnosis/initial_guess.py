@@ -128,14 +128,6 @@ def without_effects(problem: Problem, point: Point, names: Sequence[str]) -> Poi
     return point
 
 
-def with_effect(problem: Problem, point: Point, name: str, values: Array) -> Point:
-    """The point with an effect's parameters at these values, and its force taken from each trial's own missing ones.
-
-    Where missing forces hold a run near its record, an effect added to them drives it away; in their place it does not.
-    """
-    return compensated(problem, point, moved_to(problem, point, name, values).shared)
-
-
 def forces_instead(problem: Problem, point: Point, names: Sequence[str]) -> Point:
     """The point with these effects at their prior means, and each trial's own missing forces in their place.
 
@@ -145,7 +137,10 @@ def forces_instead(problem: Problem, point: Point, names: Sequence[str]) -> Poin
 
 
 def started(problem: Problem, near: Fit, name: str, values: Array) -> Point:
-    """The point of a near fit with one more effect at these values, in the place of forces where it has them."""
+    """The point of a near fit with an effect at these values, its force taken from each trial's own missing ones.
+
+    Where missing forces hold a run near its record, an effect added to them drives it away; in their place it does not.
+    """
     return starting(problem, near)(name, values)
 
 

@@ -3,7 +3,7 @@
 Where the model's hull has another form, effects that stand for it take all places of a set. An error of a sensor moves
 what that sensor says and not the vehicle, so that it is not in their place, and counts at a temperature of its own
 (`tempering.errors_beside_forces`). Of an ROV whose compass was 5 deg off, and whose damping its model has otherwise,
-cross-flow drag, a tether and a falling voltage led; the compass explained 43 nats beside them, and was never fitted.
+cross-flow drag, a tether and a falling voltage led; the compass, worth 100 nats beside them, was never fitted.
 """
 
 from __future__ import annotations
@@ -31,15 +31,11 @@ def fit_sensor_errors(found: Search) -> None:
     """
     first = found.leader
     _add(found)
-    added = [name for name in errors_of_sensors(found.problem.effects) if name in {*found.leader.effects}]
-    for name in [name for name in added if name not in first.effects]:
-        at = found.leader
-        ensure(
-            found,
-            tuple(sorted({name, *forms_in(at.effects, found.problem.effects)})),
-            at,
-            attempt="beside other forms alone",
-        )
+    at, effects = found.leader, found.problem.effects
+    forms = forms_in(at.effects, effects)
+    for name in errors_of_sensors(effects):
+        if name in at.effects and name not in first.effects:
+            ensure(found, tuple(sorted({name, *forms})), at, attempt="beside other forms alone")
 
 
 def _add(found: Search) -> None:
