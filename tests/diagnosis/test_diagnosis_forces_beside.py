@@ -15,11 +15,13 @@ from black_box_boat import box, study, trials
 from seatruth.diagnosis.forces_beside import may_do_without
 from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.hypothesis_fits import fit_null
+from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.posterior import by_cause, hypotheses, none_and_unknown
 from seatruth.diagnosis.problem import Problem
+from seatruth.diagnosis.screening import screen
 from seatruth.diagnosis.search import search
 from seatruth.diagnosis.settings import Settings
-from seatruth.diagnosis.sizes import noise_prior
+from seatruth.diagnosis.sizes import log_prior, noise_prior
 from seatruth.effects import load_effects
 from seatruth.trials.trial import Trial
 
@@ -107,3 +109,29 @@ def test_a_search_without_forces_ends_as_one_with_them(ship_folder: Path, monkey
     assert len([1 for _, on in bare.fits if on]) < len([1 for _, on in whole.fits if on])
     said = [dict(by_cause(hypotheses(one, one.problem.settings), one.problem.effects)) for one in (bare, whole)]
     assert said[0]["actuator.steering.offset"] == pytest.approx(said[1]["actuator.steering.offset"], abs=0.02)
+
+
+@pytest.mark.parametrize(("brings", "tried"), [(5.0, False), (15.0, True)])
+def test_what_brings_nothing_where_it_is_begun_is_not_tried_without_forces(
+    ship_folder: Path, monkeypatch: pytest.MonkeyPatch, brings: float, tried: bool
+) -> None:
+    effects = [*small.EFFECTS, "rudder_rate_limit"]
+    problem = small.problem(ship_folder, small.trials(ship_folder), effects)
+    found = Search(problem, noise_prior(problem))
+    fit_null(found)
+    near = found.fits[(), True]
+    found.fits[(), True] = dataclasses.replace(near, evidence=math.inf)  # nothing explains as much
+    bare = near.sizes.without_discrepancy()
+    nothing = Likelihood(problem, near.linearized(problem)).evidence(bare, ())
+    nothing += log_prior(problem.settings, bare, found.known)
+
+    def screened(found: Search, at: Any) -> list[str]:
+        ranked = screen(found, at)
+        found.screened[("rudder_rate_limit",), False] = nothing + brings
+        return [name for name in ranked if name != "rudder_rate_limit"] + ["rudder_rate_limit"]
+
+    monkeypatch.setattr("seatruth.diagnosis.forces_beside.screen", screened)
+    said: list[str] = []
+    assert not may_do_without(found, said.append)
+    assert ("rudder_rate_limit" in said) is tried
+    assert "rudder_gain" in said, "others are"

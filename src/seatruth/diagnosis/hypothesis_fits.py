@@ -311,7 +311,8 @@ def _from_other_starts(found: Search, key: Key, near: Fit, got: Fit | None) -> F
             point, words = moved_to(problem, plain.point, name, values), f"from start {number} of {name}"
             # One that falls back too would end where the first one did.
             stop = None if got is None else fallen
-            got = fit_once(found, key, False, point, plain.sizes, attempt=words, stop=stop) or got
+            rival = found.rival - HOPE  # as of the first attempt, a little later
+            got = fit_once(found, key, False, point, plain.sizes, attempt=words, rival=rival, stop=stop) or got
     return got
 
 
