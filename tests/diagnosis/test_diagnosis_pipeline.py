@@ -227,3 +227,12 @@ def test_a_diagnosis_of_a_boat_with_half_its_speed_says_so() -> None:
     (far,) = [one for one in found.findings if one.code == "coefficient-far"]
     assert far.where == "parameter 'U'"
     assert np.isclose(next(one.value for one in found.coefficients if one.name == "U"), 1.0, atol=0.05)
+
+
+def test_a_scale_error_of_the_gyro_is_told_from_its_bias_and_from_the_rudder(ship_folder: Path) -> None:
+    effects = (*small.EFFECTS, "gyro_scale")
+    runs = small.trials(ship_folder, {"gyro_scale_k": 0.08}, specs=effects)
+    found = diagnose(small.study(ship_folder, runs), effects, threads=1, suggest=False)
+    assert (found.verdict.kind, found.named) == ("effects", ("gyro_scale",)), str(found)
+    (q,) = found.effect("gyro_scale").parameters
+    assert abs(q.value - 0.08) < 3.0 * q.stderr < 0.03

@@ -11,7 +11,9 @@ from decided_by_hand import EFFECTS, SETTINGS, decided, hypotheses
 
 from seatruth.diagnosis.clusters import Cluster
 from seatruth.diagnosis.decision import Decision
+from seatruth.diagnosis.hypotheses import Key
 from seatruth.diagnosis.parts import Fold, Validation
+from seatruth.diagnosis.sensor_errors import SensorErrors
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.diagnosis.withdrawals import (
     without_disputed,
@@ -203,6 +205,28 @@ def test_an_error_of_a_sensor_stays_where_it_shows_beside_terms_of_no_name() -> 
     assert outdone(said, found, Validation(folds, -0.02, -0.4, 0.36, -2.0), 7.3) == said
     hardly = tuple(replace(fold, error_both=fold.error_discrepancy - 0.05) for fold in folds)
     assert outdone(said, found, Validation(hardly, -0.02, -0.4, 0.36, -2.0), 7.3).outdone == ("receiver_delay",)
+
+
+def test_an_error_of_a_sensor_stays_where_it_shows_in_the_channels_of_that_sensor() -> None:
+    """Of a launch whose gyro read 8 % too much: a fifth of the gap, and all that terms leave of the rate of turn."""
+    errors = [(1.31, 1.33, 1.16, 1.15, 0.91), (1.81, 1.64, 1.52, 0.83, 0.78), (2.12, 1.73, 2.02, 1.42, 0.71)]
+    folds = tuple(Fold("run", ("gyro_bias",), *each, 0.3, 20.0) for each in errors)
+    validation = Validation(folds, 0.199, -0.05, 0.4, 0.271)
+    entries = (("gyro_bias",), 0.99, True), ((), 0.01, True)
+    said, found = decided(*entries), hypotheses(*entries)
+
+    def left(*own: tuple[float, float, float]) -> Decision:
+        def shows(name: str, key: Key) -> list[SensorErrors]:
+            assert (name, key) == ("gyro_bias", ("gyro_bias",))
+            return [SensorErrors(*each) for each in own]
+
+        return without_outdone(said, found, EFFECTS, lambda key: validation, lambda name: 1.5, shows=shows)
+
+    turns = (0.97, 3.2, 0.99), (0.83, 3.52, 0.95)
+    assert left((0.96, 1.01, 1.01), *turns) == said, "a straight run shows nothing"
+    assert left((0.96, 1.01, 0.95), (0.97, 1.05, 0.98), turns[0]).outdone == ("gyro_bias",), "as noise does"
+    assert left((0.97, 3.2, 2.5), (0.83, 3.52, 2.3)).outdone == ("gyro_bias",), "less than half"
+    assert left().outdone == ("gyro_bias",), "no fit with terms"
 
 
 def test_of_two_that_predict_nothing_together_the_one_that_predicts_alone_stays() -> None:

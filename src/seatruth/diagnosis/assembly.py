@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -32,6 +32,7 @@ from seatruth.diagnosis.prediction_errors import noise_deviation
 from seatruth.diagnosis.reported_noise import noise_of_channels
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sections import recorded
+from seatruth.diagnosis.sensor_errors import errors_of_sensor
 from seatruth.diagnosis.sentences import verdict_sentence
 from seatruth.diagnosis.shared_directions import is_shared
 from seatruth.diagnosis.size_errors import is_sure, size_errors
@@ -164,7 +165,8 @@ class Assembly:
         gap, found, effects = self._gap_of(said.shown), self._weighed, self.problem.effects
         fit = self.search.beside(said.shown, self._beside) if gap.strays else None
         shared = [name for name in said.shown if fit is not None and is_shared(self.search, name, fit, self.gains)]
-        left = without_outdone(said, found, effects, self._validated, gap.moved_by, shared)
+        shows = partial(errors_of_sensor, self.search)
+        left = without_outdone(said, found, effects, self._validated, gap.moved_by, shared, shows)
         left = without_untried(left, found, effects, self._validated, forces=self.problem.discrepancy is not None)
         if gap.strays and left.shown == said.shown:
             left = without_negligible(left, found, effects, self._validated, gap, self.settings)
@@ -262,13 +264,11 @@ class Assembly:
             validation = self._reported(self.decision.shown)
         problem, points = self.problem, self.gap.points
         fits = {"the model alone": self.search.null, "the answer": self.gap.shown}
-        findings = [*findings, *not_converged(fits, f"study {self.study.name!r}")]
         errors = whitened(problem, problem.errors(points["refit"]), self.information.at.sizes)
         misfits = self.gap.misfits
         split = shares(misfits["before"], misfits["refit"], misfits["effects"], problem.count)
         places = {name: self._places(effect) for name, effect in problem.effects.items()}
         causes = tuple(self._named(cluster) for cluster in self.decision.clusters)
-        discrepancy = describe(self.search, self.decision.shown)
         said = self.decision
 
         def titles(names: Iterable[str]) -> list[str]:
@@ -300,7 +300,7 @@ class Assembly:
             gap=by_channel(problem, self._deviation, points),
             time=in_time(problem, errors),
             region=in_region(problem, errors, points["refit"], self.seed),
-            discrepancy=discrepancy,
+            discrepancy=describe(self.search, said.shown),
             validation=validation,
             next_trial=suggestion,
             augmented=self._augmented(),
@@ -308,7 +308,7 @@ class Assembly:
             trials=recorded(self.problem.trials, self.settings),
             outcome=outcome,
             traces=self.gap.traces(),
-            findings=findings,
+            findings=[*findings, *not_converged(fits, f"study {self.study.name!r}")],
             provenance=provenance(),
         )
 

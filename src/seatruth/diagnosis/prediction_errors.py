@@ -101,8 +101,8 @@ class PredictionErrors:
         """Root mean square of what the others leave open about the trial, in standard deviations of the noise."""
         return math.sqrt(float(np.sum(self._open**2)) / len(self._weight))
 
-    def of(self, model: Simulated) -> float:
-        """Error of what a model predicts; inf where the motion diverges, or the algebra fails.
+    def of(self, model: Simulated, channels: Sequence[int] | None = None) -> float:
+        """Error of what a model predicts, of some channels or all; inf where the motion diverges, or the algebra fails.
 
         At most that of no prediction at all: to first order, a run that is about to diverge errs by anything.
         """
@@ -112,16 +112,17 @@ class PredictionErrors:
             return math.inf
         point = model.fit.point
         moved = self.problem.moved(point, step.shared, np.zeros_like(point.initial)).shared - point.shared
-        size = self._size(self._rows(model.errors) + self._rows(model.slopes) @ moved[model.fit.likelihood.columns])
-        return min(size, self._worthless) if math.isfinite(size) else size
+        errors = self._rows(model.errors) + self._rows(model.slopes) @ moved[model.fit.likelihood.columns]
+        size = self._size(errors, channels)
+        return min(size, self._worthless) if math.isfinite(size) and channels is None else size
 
-    def noise(self, best: Fit) -> float:
+    def noise(self, best: Fit, channels: Sequence[int] | None = None) -> float:
         """What the best fit to all trials leaves of this one, freed of what fitting took from it.
 
         A fit to all takes the part 1 - (1 + b b')^-1 of a trial's noise into the coefficients; the expected square of
         the rest of white noise, measured as above, is the trace of (1 + b b')^-3 over n.
         """
-        left = self._size(self._rows(self.problem.errors(best.point)))
+        left = self._size(self._rows(self.problem.errors(best.point)), channels)
         lost = float(np.sum(1.0 - (1.0 + self._open**2) ** -3)) / len(self._weight)
         return left / math.sqrt(1.0 - lost) if lost < 1.0 else math.inf
 
@@ -144,13 +145,17 @@ class PredictionErrors:
         """Errors (n, ...) less what another initial state explains of them."""
         return np.asarray(errors - self._starts @ np.linalg.solve(self._curvature, self._starts.T @ errors))
 
-    def _size(self, errors: Array) -> float:
+    def _size(self, errors: Array, channels: Sequence[int] | None = None) -> float:
+        """Error of the trial; of some channels, the root mean square of what is left there, NaN where it has none."""
         if not np.isfinite(errors).all():
             return math.inf
         fitted = self._fitted(errors)
         along = self._along.T @ fitted
         taken = np.clip(along * self._open / (1.0 + self._open**2), -_AT_MOST, _AT_MOST)
         left = fitted - self._along @ (self._open * taken)
+        if channels is not None:
+            own = left[np.isin(self.problem.channel_of[self._here], channels)]
+            return math.sqrt(float(np.mean(own**2))) if own.size else math.nan
         return math.sqrt(float(left @ left + taken @ taken) / len(fitted))
 
 

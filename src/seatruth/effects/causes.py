@@ -70,7 +70,7 @@ _SENSOR = {
     "sensor.bias_or_scale": "an offset or a scale error of a sensor",
     "sensor.bias_or_scale.speed": "an offset or a scale error of a speed sensor",
     "sensor.bias_or_scale.angle": "an offset or a deviation of an angle sensor",
-    "sensor.bias_or_scale.rate": "an offset of a gyro",
+    "sensor.bias_or_scale.rate": "an offset or a scale error of a gyro",
     "sensor.bias_or_scale.depth": "an offset or a scale error of a depth sensor",
     "sensor.alignment": "the place or the direction of a sensor",
     "sensor.alignment.speed": "the place or the direction of a speed sensor",

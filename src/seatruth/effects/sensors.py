@@ -204,6 +204,41 @@ class PitchGyroBias(GyroBias):
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"r": ("q",)}
 
 
+class GyroScale(Effect):
+    """The yaw rate gyro has a scale error."""
+
+    name = "gyro_scale"
+    title = "yaw rate scale"
+    cause = "sensor.bias_or_scale.rate"
+    number = 7
+    equation = "r_m = (1 + k) r"
+    source = "[S] chosen here: gyros of small craft are specified to within 0.5 to 5 %"
+    acts_on = ("sensor:r",)
+    confused_with = ("rudder_gain", "added_mass", "rate_delay")
+    distinguished_by = (
+        "the heading does not show it: in turns to both sides it changes by less than the integral of the rate"
+    )
+    needs_outputs = ("r", "psi")
+    parameters = (Parameter("k", 0.03, "1", -0.3, 0.3, source="[S] chosen here", description="relative error"),)
+    null: Mapping[str, float] = {"k": 0.0}
+
+    @staticmethod
+    def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
+        return y._replace(r=y.r + q.k * y.r)
+
+
+class PitchGyroScale(GyroScale):
+    """The pitch rate gyro has a scale error."""
+
+    name = "pitch_gyro_scale"
+    title = "pitch rate scale"
+    equation = "q_m = (1 + k) q"
+    confused_with = ("plane_gain", "pitch_delay")
+    distinguished_by = "the pitch angle does not show it: its changes are less than the integral of the rate"
+    acts_on = ("sensor:q",)
+    aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"r": ("q",), "psi": ("theta",)}
+
+
 class DepthBias(Effect):
     """The depth sensor has a constant offset."""
 
