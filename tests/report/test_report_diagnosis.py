@@ -165,6 +165,19 @@ def test_effects_without_a_function_of_the_model_are_told_above_the_table() -> N
     assert text.undeclared_in_words(found) == ""
 
 
+def test_the_place_of_what_fits_best_is_no_surer_than_the_verdict_that_refuses_it() -> None:
+    """Of an ROV the arm of its log was refused, and "It most probably acts in the sensor of u (92 %)" stood below."""
+    found = diagnosis("unknown")
+    (place, p), *_ = gap.ranked(found.places)
+    others = [replace(one, probability=0.01) for one in found.effects]
+    found.effects = tuple(others)
+    assert gap.where_in_words(found).startswith(f"It most probably acts in {gap.place_in_words(place)}")
+    found.effects = (replace(others[0], probability=0.92, acts_on=(place,)), *others[1:])
+    told = gap.where_in_words(found)
+    assert told.startswith(f"What fits best acts in {gap.place_in_words(place)} ({text.chance(p)})")
+    assert "the verdict says why it is not named" in told
+
+
 def test_the_tree_and_the_places_show_where_it_acts() -> None:
     shown = one_story.Page(rendered("inseparable"))
     nodes = {row[0]: row[1:] for row in shown.rows("Nodes of the tree")}

@@ -18,6 +18,8 @@ WORTH_MENTION = 0.05
 _SHOWS = 1.5
 """Error over noise from which a channel is said to show the gap. Chosen here [S]."""
 
+_PROBABLE = 0.5
+"""Probability of an effect from which it is what fits best."""
 FITS = ("before", "refit", "effects")
 """Columns of the fits that are compared: the declared model, refitted, and with the verdict's effects."""
 
@@ -106,10 +108,13 @@ def where_in_words(diagnosis: Diagnosis) -> str:
     elif diagnosis.verdict.kind != "no_gap":
         likely = [(place, p) for place, p in ranked(diagnosis.places) if p >= WORTH_MENTION][:3]
         if likely:
-            shares = [f"{place_in_words(place)} ({chance(p)})" for place, p in likely]
-            known = diagnosis.verdict.kind == "unknown"
-            start = "It most probably acts in" if known else "If something acts, the most probable places are"
-            sentences.append(f"{start} {listed(shares)}.")
+            shares = listed([f"{place_in_words(place)} ({chance(p)})" for place, p in likely])
+            if diagnosis.verdict.kind != "unknown":
+                sentences.append(f"If something acts, the most probable places are {shares}.")
+            elif _rests_on_what_is_not_named(diagnosis, likely[0][0]):
+                sentences.append(f"What fits best acts in {shares}; the verdict says why it is not named.")
+            else:
+                sentences.append(f"It most probably acts in {shares}.")
     seen = sorted(
         (row for row in channels(diagnosis) if row.multiple["refit"] > _SHOWS), key=lambda row: -row.multiple["refit"]
     )
@@ -126,6 +131,11 @@ def where_in_words(diagnosis: Diagnosis) -> str:
     if len(region):
         sentences.append(f"It is worst at {cell_in_words(region.iloc[int(np.argmax(region['misfit']))])}.")
     return " ".join(sentences) or "It shows nowhere in particular."
+
+
+def _rests_on_what_is_not_named(diagnosis: Diagnosis, place: str) -> bool:
+    """Whether an effect that is probable acts at a place of an unknown cause: it was refused, and its place with it."""
+    return any(place in effect.acts_on and effect.probability > _PROBABLE for effect in diagnosis.effects)
 
 
 def ranked(probabilities: Mapping[str, float]) -> list[tuple[str, float]]:
