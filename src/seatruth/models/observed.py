@@ -8,7 +8,7 @@ the water's motion. An effect that moves the water, or that disturbs a sensor, s
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -107,6 +107,25 @@ def observed(model: Model, observations: Sequence[Observation], keep: Sequence[s
     if isinstance(model, BlackBox):
         return ObservedBlackBox(model, observations)
     return ObservedModel(model, observations, keep)
+
+
+def stated_place(model: Model, measured: Collection[str]) -> Place | None:
+    """Where a study says that a sensor of one of these measures sits; None where it says nothing.
+
+    Example:
+        >>> from seatruth.models import Observation, load_model, observed
+        >>> ship = observed(load_model("mmg"), [Observation("sog", at=(12.0, 0.0, -20.0)), Observation("cog")])
+        >>> stated_place(ship, ["sog"]), stated_place(ship, ["cog"])
+        ((12.0, 0.0, -20.0), None)
+    """
+    around: Any = model
+    while around is not None:
+        for one in getattr(around, "observations", ()):
+            if one.measured in measured and one.at != ORIGIN:
+                x, y, z = one.at
+                return x, y, z
+        around = getattr(around, "base", None)
+    return None
 
 
 class _Sources:
