@@ -9,7 +9,7 @@ from decided_by_hand import EFFECTS, SETTINGS, decided, hypotheses
 
 from seatruth.diagnosis.decision import Decision
 from seatruth.diagnosis.parts import Fold, Validation
-from seatruth.diagnosis.practical_size import without_negligible, without_small
+from seatruth.diagnosis.practical_size import without_negligible, without_small, without_tiny
 from seatruth.diagnosis.verdict import Hypothesis
 
 
@@ -19,7 +19,7 @@ class Measured:
     def __init__(
         self,
         moved: float | dict[str, float] = math.nan,
-        size: float = math.nan,
+        size: float | dict[str, float] = math.nan,
         closed: float = math.nan,
         closes: dict[str, float] | None = None,
     ) -> None:
@@ -32,7 +32,7 @@ class Measured:
         return self.moved[name] if isinstance(self.moved, dict) else self.moved
 
     def typical_sizes(self, name: str) -> float:
-        return self.size
+        return self.size[name] if isinstance(self.size, dict) else self.size
 
     def closed_in_its_sensor(self, name: str) -> float:
         return self.closed
@@ -162,3 +162,23 @@ def test_of_runs_that_stray_an_error_of_a_sensor_that_closes_nothing_is_named_on
     validation = Validation((fold,), 0.0, -0.05, upper, 0.8)
     left = without_negligible(said, found, EFFECTS, lambda key: validation, Measured(0.001, 0.9), SETTINGS)
     assert (left == said) == named
+
+
+@pytest.mark.parametrize(("gap", "kind"), [(True, "unknown"), (False, "underpowered")])
+def test_what_is_next_to_nothing_for_what_it_is_is_no_cause(gap: bool, kind: str) -> None:
+    """Of a vehicle with four thrusters on which nothing acted: a lag of 3 ms, a hundredth of a typical one, at 74 %."""
+    entries = (("rudder_offset", "wind"), 0.9), ((), 0.1)
+    said, found = decided(*entries), hypotheses(*entries)
+
+    def left(**sizes: float) -> Decision:
+        return without_tiny(said, found, Measured(size=sizes), gap=gap)
+
+    assert left(rudder_offset=0.08, wind=0.5) == said
+    one = left(rudder_offset=0.01, wind=0.5)
+    assert ([cluster.effects for cluster in one.clusters], one.shown, one.small) == (
+        [("wind",)],
+        ("wind",),
+        ("rudder_offset",),
+    )
+    none = left(rudder_offset=0.01, wind=0.06)
+    assert (none.kind, none.clusters, none.shown, none.small) == (kind, (), (), ("rudder_offset", "wind"))

@@ -173,8 +173,8 @@ def test_an_error_of_a_sensor_that_would_show_on_trials_left_out_and_does_not_is
     entries = (("depth_scale",), 0.9, True), ((), 0.1, True)
     said, found = decided(*entries), hypotheses(*entries)
 
-    def checked(explained: float, moved: float) -> Decision:
-        here = replace(fold, error_effects=33.0 - explained * 32.0)
+    def checked(explained: float, moved: float, terms: float = 34.0) -> Decision:
+        here = replace(fold, error_effects=33.0 - explained * 32.0, error_discrepancy=terms, error_both=0.9 * terms)
         validation = Validation((here,), explained, -0.06, 0.14, 0.9)
         return outdone(said, found, validation, moved)
 
@@ -183,6 +183,9 @@ def test_an_error_of_a_sensor_that_would_show_on_trials_left_out_and_does_not_is
     # It would close 1 - sqrt(1 - 0.5^2) = 13 % of the gap: too little to miss.
     assert checked(0.04, 16.0) == said
     assert checked(0.04, 0.2) == said
+    # Terms come nearer, and beside them it would close all, or little.
+    assert checked(0.04, 16.0, 3.0).outdone == ("depth_scale",)
+    assert checked(0.04, 0.2, 3.0) == said
     assert checked(0.8, 31.0) == said
     # Beside another cause the set without it is the measure.
     entries = (("depth_scale", "net_weight"), 0.9, True), ((), 0.1, True)

@@ -27,7 +27,7 @@ from seatruth.diagnosis.information import Information
 from seatruth.diagnosis.localization import by_channel, in_region, in_time, shares, whitened
 from seatruth.diagnosis.other_forms import is_only_form, standing_beside, with_other_forms
 from seatruth.diagnosis.parts import NextTrial, Validation
-from seatruth.diagnosis.practical_size import is_certain_error, without_negligible, without_small
+from seatruth.diagnosis.practical_size import is_certain_error, without_negligible, without_small, without_tiny
 from seatruth.diagnosis.prediction_errors import noise_deviation
 from seatruth.diagnosis.reported_noise import noise_of_channels
 from seatruth.diagnosis.results import Diagnosis
@@ -123,6 +123,7 @@ class Assembly:
             one_course=narrow_headings(self.problem.trials) is not None,
         )
         said = without_opposed(said, self._weighed)
+        said = self._fitted(without_tiny(said, self._weighed, self._gap_of(said.shown), gap=self._leaves_a_gap), said)
         if not self._leaves_a_gap:  # nothing is small beside a gap that is noise
             return self._fitted(without_unseen(said, self._weighed, self.problem.effects), said)
         gap = self._gap_of(said.shown)
@@ -265,8 +266,7 @@ class Assembly:
         problem, points = self.problem, self.gap.points
         fits = {"the model alone": self.search.null, "the answer": self.gap.shown}
         errors = whitened(problem, problem.errors(points["refit"]), self.information.at.sizes)
-        misfits = self.gap.misfits
-        split = shares(misfits["before"], misfits["refit"], misfits["effects"], problem.count)
+        split = shares(*(self.gap.misfits[one] for one in ("before", "refit", "effects")), problem.count)
         places = {name: self._places(effect) for name, effect in problem.effects.items()}
         causes = tuple(self._named(cluster) for cluster in self.decision.clusters)
         said = self.decision

@@ -145,7 +145,8 @@ class Gap:
         effect, at = self.problem.effects[name], (self._reported or self.shown).point.shared
         typical = effect.priors(self.problem.study.model)
         magnitudes = [(k, q.name) for k, q in zip(self.problem.columns[name], effect.parameters, strict=True)]
-        return max(abs(float(at[k]) - effect.null[q]) / typical[q].sd for k, q in magnitudes if q in effect.magnitudes)
+        sizes = (abs(float(at[k]) - effect.null[q]) / typical[q].sd for k, q in magnitudes if q in effect.magnitudes)
+        return max(sizes, default=math.inf)
 
     @property
     def strays(self) -> bool:

@@ -86,13 +86,14 @@ def verdict_sentence(
         Plain text; "+-" stands before standard errors.
     """
     first = _STOPPED if stopped else ""
+    tiny = f"but of no practical size: {listed(small)}." if small else ""
     if kind == "no_gap":
         text = "There is no gap beyond the noise and the uncertainty of the coefficients"
         return _joined(first, f"{text} (probability {chance(probability)}).", _small(causes))
     if kind == "underpowered":
-        looks = _part_of_it(part), _unpredictive(refused)
+        looks = _part_of_it(part), _unpredictive(refused), tiny and f"Significant {tiny}"
         return _joined(first, _undecided(causes, vague, probability, acts=acts), _lacks(discrepancy), *looks)
-    beside = f"Significant beside it, but of no practical size: {listed(small)}." if small else ""
+    beside = tiny and f"Significant beside it, {tiny}"
     if kind == "unknown":
         said = _unknown(causes, probability, shares)
         form_or_course = _of_another_form(form, curve), _part_of_it(part), _on_one_course(along)
