@@ -31,13 +31,14 @@ class Few(Model):
 
 
 def test_free_parameters_have_a_prior_to_be_corrected() -> None:
-    """As a diagnosis takes it; not where nothing gives its size, nor where the model says it."""
+    """As a diagnosis takes it; open where nothing gives its size, and none where the model says it."""
     lines = parameter_lines(Few(), own=True)
     assert 'vary = ["X_u", "Y_v", "N_r"]' in lines
     assert [line for line in lines if "prior = " in line and line.startswith("# X_u")] == [
         "# X_u = { prior = { mean = -340.0, sd = 68 } }   # damping [kg/s]"
     ]
-    assert not any(line.startswith(("# Y_v", "# N_r")) for line in lines)
+    assert "# Y_v = { prior = { mean = 0.0, sd = ? } }   # [kg/s]" in lines
+    assert not any(line.startswith("# N_r") for line in lines)
     assert "# m = 1900.0   # [kg]" in lines
     assert any(f"{100 * Settings().coefficient_sd:.0f} % of the value" in line for line in lines)
 

@@ -41,17 +41,22 @@ def parameter_lines(model: Model, *, own: bool) -> list[str]:
 
 def _priors(free: list[Parameter]) -> list[str]:
     """A line for each free parameter, to be corrected and taken over by hand: nothing says how well it is known."""
-    open_ones = [p for p in free if p.prior is None and p.value != 0.0 and math.isfinite(p.value)]
+    open_ones = [p for p in free if p.prior is None and math.isfinite(p.value)]
     if not open_ones:
         return []
     return [
         "# What is known of the free ones before the trials. `seatruth diagnose` takes these lines if nothing is said",
-        f"# ({100.0 * _KNOWN:.0f} % of the value as standard deviation). Correct those that you know; take the # away.",
+        f"# ({100.0 * _KNOWN:.0f} % of the value as standard deviation; ? for a value of 0). Correct them; drop the #.",
         *(
-            f"# {p.name} = {{ prior = {{ mean = {_number(p.value)}, sd = {_KNOWN * abs(p.value):.6g} }} }}{_about(p)}"
+            f"# {p.name} = {{ prior = {{ mean = {_number(p.value)}, sd = {_spread(p)} }} }}{_about(p)}"
             for p in open_ones
         ),
     ]
+
+
+def _spread(parameter: Parameter) -> str:
+    """Of a value of zero no part of it says how well it is known: a place for what the user knows."""
+    return f"{_KNOWN * abs(parameter.value):.6g}" if parameter.value != 0.0 else "?"
 
 
 def _about(parameter: Parameter) -> str:
