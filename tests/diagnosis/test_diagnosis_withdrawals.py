@@ -11,7 +11,6 @@ from decided_by_hand import EFFECTS, SETTINGS, decided, hypotheses
 
 from seatruth.diagnosis.clusters import Cluster
 from seatruth.diagnosis.decision import Decision
-from seatruth.diagnosis.hypotheses import Key
 from seatruth.diagnosis.parts import Fold, Validation
 from seatruth.diagnosis.sensor_errors import SensorErrors
 from seatruth.diagnosis.verdict import Hypothesis
@@ -219,11 +218,9 @@ def test_an_error_of_a_sensor_stays_where_it_shows_in_the_channels_of_that_senso
     said, found = decided(*entries), hypotheses(*entries)
 
     def left(*own: tuple[float, float, float]) -> Decision:
-        def shows(name: str, key: Key) -> list[SensorErrors]:
-            assert (name, key) == ("gyro_bias", ("gyro_bias",))
-            return [SensorErrors(*each) for each in own]
-
-        return without_outdone(said, found, EFFECTS, lambda key: validation, lambda name: 1.5, shows=shows)
+        shown = [SensorErrors(*each) for each in own]
+        moves, shows = (lambda name: 1.5), (lambda name, key: shown if name in key else [])
+        return without_outdone(said, found, EFFECTS, lambda key: validation, moves, shows=shows)
 
     turns = (0.97, 3.2, 0.99), (0.83, 3.52, 0.95)
     assert left((0.96, 1.01, 1.01), *turns) == said, "a straight run shows nothing"
