@@ -17,6 +17,7 @@ from seatruth.diagnosis.posterior import SENSOR
 from seatruth.diagnosis.prediction_errors import Simulated, moved
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.reported_sizes import with_reported_sizes
+from seatruth.diagnosis.sensor_channels import sensor_channels
 from seatruth.effects.causes import is_within
 from seatruth.effects.each_trial import follows_each_trial
 from seatruth.models.base import whole_name
@@ -185,8 +186,7 @@ class Gap:
         problem = self.problem
         if not is_within(problem.effects[name].cause, SENSOR):
             return 0.0
-        shown = {place.partition(":")[2] for place in problem.effects[name].places(problem.study.model)}
-        rows = np.isin(problem.channel_of, [c for c, output in enumerate(problem.outputs) if output in shown])
+        rows = np.isin(problem.channel_of, sensor_channels(problem, name))
         rest = without_forces(self.search, tuple(n for n in self.key if n != name)).point
         points = without_discrepancy(problem, rest), self.points["effects"], self.points["refit"]
         left, named, plain = (misfit(problem, self.deviation, point, rows) for point in points)

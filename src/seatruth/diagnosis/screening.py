@@ -15,6 +15,7 @@ from seatruth.diagnosis.hypothesis_fits import PARTS
 from seatruth.diagnosis.initial_guess import moved_to, started, starting
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Linearization, Problem
+from seatruth.diagnosis.sensor_channels import sensor_channels
 from seatruth.diagnosis.size_search import with_shape
 from seatruth.diagnosis.sizes import Sizes, log_prior, proposed_shapes
 from seatruth.diagnosis.steps import linear_errors, objective
@@ -201,8 +202,7 @@ def _judged(found: Search, likelihood: Likelihood, here: Linearization, sizes: S
         return likelihood.evidence(sizes, key) + log_prior(problem.settings, sizes, found.known)
 
     best = value(sizes)
-    places = problem.effects[key[-1]].places(problem.study.model)
-    own = [c for c, name in enumerate(problem.outputs) if f"sensor:{name}" in places and sizes.shape[c] != 0]
+    own = [c for c in sensor_channels(problem, key[-1]) if sizes.shape[c] != 0]
     if not own:
         return best
     try:

@@ -16,6 +16,7 @@ from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure
 from seatruth.diagnosis.prediction_errors import PredictionErrors, Simulated, noise_deviation
 from seatruth.diagnosis.sections import left_out_together
+from seatruth.diagnosis.sensor_channels import sensor_channels
 
 
 @dataclass(frozen=True)
@@ -38,8 +39,7 @@ def errors_of_sensor(search: Search, name: str, shown: Key) -> list[SensorErrors
     """
     problem, having = search.problem, search.fits.get((shown, True))
     without = None if having is None else ensure(search, tuple(other for other in shown if other != name), having)
-    sensors = {place.partition(":")[2] for place in problem.effects[name].places(problem.study.model)}
-    channels = [c for c, output in enumerate(problem.outputs) if output in sensors]
+    channels = sensor_channels(problem, name)
     if not channels or having is None or without is None:
         return []
     models = [Simulated.of(problem, fit, terms=True) for fit in (without, having)]
