@@ -21,6 +21,7 @@ from test_report_page import Page
 
 from seatruth.diagnosis.parts import Discrepancy
 from seatruth.diagnosis.results import Diagnosis
+from seatruth.diagnosis.sentences import chance
 from seatruth.report.diagnosis import figures_which
 from seatruth.report.page import render
 from seatruth.report.sections import pictures
@@ -174,7 +175,7 @@ def test_the_place_of_what_fits_best_is_no_surer_than_the_verdict_that_refuses_i
     assert gap.where_in_words(found).startswith(f"It most probably acts in {gap.place_in_words(place)}")
     found.effects = (replace(others[0], probability=0.92, acts_on=(place,)), *others[1:])
     told = gap.where_in_words(found)
-    assert told.startswith(f"What fits best acts in {gap.place_in_words(place)} ({text.chance(p)})")
+    assert told.startswith(f"What fits best acts in {gap.place_in_words(place)} ({chance(p)})")
     assert "the verdict says why it is not named" in told
 
 

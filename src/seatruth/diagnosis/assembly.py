@@ -263,10 +263,10 @@ class Assembly:
         """All parts together. Where trials were left out to decide, that is reported, asked for or not."""
         if validation is None and self.decision.shown in self._validations:
             validation = self._reported(self.decision.shown)
-        problem, points = self.problem, self.gap.points
+        problem, points, misfits = self.problem, self.gap.points, self.gap.misfits
         fits = {"the model alone": self.search.null, "the answer": self.gap.shown}
         errors = whitened(problem, problem.errors(points["refit"]), self.information.at.sizes)
-        split = shares(*(self.gap.misfits[one] for one in ("before", "refit", "effects")), problem.count)
+        split = shares(misfits["before"], misfits["refit"], misfits["effects"], problem.count)
         places = {name: self._places(effect) for name, effect in problem.effects.items()}
         causes = tuple(self._named(cluster) for cluster in self.decision.clusters)
         said = self.decision

@@ -214,7 +214,7 @@ class GyroScale(Effect):
     equation = "r_m = (1 + k) r"
     source = "[S] chosen here: gyros of small craft are specified to within 0.5 to 5 %"
     acts_on = ("sensor:r",)
-    confused_with = ("rudder_gain", "added_mass", "rate_delay")
+    confused_with: tuple[str, ...] = ("rudder_gain", "added_mass", "rate_delay")
     distinguished_by = (
         "the heading does not show it: in turns to both sides it changes by less than the integral of the rate"
     )
