@@ -145,6 +145,21 @@ class TowedBoat(Waterjet):
         return p.T * (1.0 - 0.1 * s.u)
 
 
+@pytest.mark.parametrize("u", [-2.0, 0.0, 3.0, 6.0])
+def test_an_asymmetry_to_the_side_goes_with_the_speed_squared(u: float) -> None:
+    """Ahead and astern to the same side, whatever the propeller does."""
+    off, on = (
+        rates("mmg", {"u": u}, REST, lateral_asymmetry_force=k, lateral_asymmetry_moment=-2 * k) for k in (0.0, 1e-4)
+    )
+    usual, most = (
+        rates("mmg", {"u": 1.0}, REST, lateral_asymmetry_force=k, lateral_asymmetry_moment=-2 * k) for k in (0.0, 1e-4)
+    )
+    for rate, side in (("v", 1.0), ("r", -1.0)):
+        unit = most[rate] - usual[rate]
+        assert unit * side > 0
+        assert on[rate] - off[rate] == pytest.approx(u * u * unit, rel=1e-9, abs=1e-15)
+
+
 def test_forces_of_the_propeller_need_a_driven_thrust_and_no_name() -> None:
     known = available()
     state, full = {"u": 2.0}, {"throttle": 1.0}

@@ -241,5 +241,5 @@ def test_names_are_the_library_s(name: str) -> None:
     uncovered -= {*NAMES[name].values(), *CHANGING}
     # A depth bias is the first state's, and the drag's curve a form of the model, as `steep_resistance` is. In no
     # reality a gyro reads too much: there its scale can only be named falsely.
-    others = {"depth_bias", "drag_curve", "gyro_scale", "pitch_gyro_scale"}
+    others = {"depth_bias", "drag_curve", "gyro_scale", "lateral_asymmetry", "pitch_gyro_scale"}
     assert uncovered <= {*others, *UNCOVERED.get(name, ())}

@@ -43,7 +43,7 @@ class RudderOffset(OnRudder):
     number = 12
     equation = "delta = delta_m + angle"
     source = "[S] magnitude of the catalogue: 0.2 to 2 deg"
-    confused_with: tuple[str, ...] = ("propeller_walk", "wind", "gyro_bias", "bank")
+    confused_with: tuple[str, ...] = ("propeller_walk", "wind", "gyro_bias", "bank", "lateral_asymmetry")
     distinguished_by = "its force goes with u^2: vary the speed and the revolutions apart"
     parameters = (Parameter("angle", 0.02, "rad", -0.2, 0.2, source="[S] 1.1 deg", description="added to delta"),)
     null: Mapping[str, float] = {"angle": 0.0}

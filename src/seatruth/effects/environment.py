@@ -252,7 +252,7 @@ class Bank(Effect):
     source = "[L] Norrbin's form, suction with u^2 / distance; [S] lever and magnitude chosen here"
     kinds = ("ship",)
     acts_on = ("sway", "yaw")
-    confused_with = ("rudder_offset", "propeller_walk", "wind", "current")
+    confused_with = ("rudder_offset", "propeller_walk", "lateral_asymmetry", "wind", "current")
     distinguished_by = "belongs to a place: the same track on the reciprocal course changes its side"
     needs_states = ("u", "v", "r")
     needs_vehicle = ("dimensions",)

@@ -263,6 +263,43 @@ class Asymmetry(Effect):
         return e._replace(Z=e.Z + area * q.force, M=e.M + area * d.length * q.moment)
 
 
+class LateralAsymmetry(Effect):
+    """Side force and moment at no drift: a list, a bent skeg, weed on one side, a load to one side of a planing craft.
+
+    Abkowitz writes them Y* and N* (Y_0 and N_0 of `abkowitz`). Two effects that push to one side, such as an offset of
+    the rudder and thrust that points aside, have between them the form of any such cause.
+    """
+
+    name = "lateral_asymmetry"
+    title = "port-starboard asymmetry"
+    cause = "hydrodynamics.asymmetry"
+    number = 28
+    equation = "Y = force rho/2 L^2 u^2, N = moment rho/2 L^3 u^2"
+    source = (
+        "[L] Chislett and Strom-Tejsen (1965), the Mariner: -4e-5 and 3e-5; [S] doubled here, since a list and a bent "
+        "fin do more than the turn of a single screw"
+    )
+    acts_on = ("sway", "yaw")
+    equivalent = ("Y_0", "N_0")
+    confused_with = ("rudder_offset", "thrust_misalignment", "propeller_walk", "thruster_direction", "bank")
+    distinguished_by = (
+        "goes with u^2 whatever the propeller does; of a rudder's offset only by another arm than the rudder's"
+    )
+    needs_states = ("u", "v", "r")
+    needs_vehicle = ("dimensions",)
+    parameters = (
+        Parameter("force", 1e-4, "1", -0.02, 0.02, source="[S] chosen here", description="to starboard"),
+        Parameter("moment", 5e-5, "1", -0.02, 0.02, source="[S] chosen here", description="bow to starboard"),
+    )
+    null: Mapping[str, float] = {"force": 0.0, "moment": 0.0}
+
+    @staticmethod
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+        u = s.u - e.u_c
+        area = 0.5 * d.rho * d.length * d.length * u * u
+        return e._replace(Y=e.Y + area * q.force, N=e.N + area * d.length * q.moment)
+
+
 class Tether(Effect):
     """A cable or tow at the stern drags against the motion there."""
 

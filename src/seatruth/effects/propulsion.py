@@ -51,7 +51,7 @@ class PropellerWalk(AtStern):
     equation = "Y = k T_0, N = -0.48 L Y, T_0 the thrust at rest with these revolutions"
     source = "[L] wheel effect; [S] magnitude of the catalogue: 1 to 5 % of the thrust"
     acts_on = ("sway", "yaw")
-    confused_with = ("rudder_offset", "thrust_misalignment", "wind", "bank")
+    confused_with = ("rudder_offset", "thrust_misalignment", "lateral_asymmetry", "wind", "bank")
     distinguished_by = "goes with n |n| and vanishes in a coast-down: revolutions to zero at speed"
     needs_states = ("u", "v", "r")
     needs_vehicle = ("dimensions", "thrust")
