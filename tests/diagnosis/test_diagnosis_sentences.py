@@ -10,7 +10,7 @@ import pytest
 
 from seatruth.diagnosis.parts import Fold, Shares, Validation
 from seatruth.diagnosis.sentences import cause_in_words, chance, size_in_words, verdict_sentence
-from seatruth.diagnosis.verdict import EffectParameter, Kind, NamedCause
+from seatruth.diagnosis.verdict import EffectParameter, Kind, NamedCause, least_probable
 
 LARGE = Shares(0.1, 0.2, 0.65, 0.05, 10.0, 8.0, 1.1)
 AT_NOISE = Shares(0.9, 0.08, 0.0, 0.02, 1.3, 1.05, 1.05)
@@ -49,6 +49,14 @@ def test_a_named_cause_has_its_size_its_probability_and_its_prediction() -> None
         "The gap comes from a uniform current of 0.21 +- 0.03 m/s towards 40 +- 8 deg (probability 97 %). "
         "On trials left out, it explains 93 % of the gap (95 % interval 85 % to 100 %)."
     )
+
+
+def test_what_is_of_no_practical_size_makes_the_others_no_less_sure() -> None:
+    """Of a planing boat an offset of its outboard was over 99.9 %, beside 34 ms of lateness that had 80.8 %."""
+    lateness = replace(BIAS, probability=0.808)
+    assert least_probable((CURRENT, lateness), 0.808) == CURRENT.probability
+    assert least_probable((CURRENT, replace(lateness, small=False)), 0.808) == 0.808
+    assert least_probable((lateness,), 0.9) == 0.9
 
 
 def test_a_size_of_its_own_in_each_trial_is_said_to_be_fitted_to_it() -> None:

@@ -38,7 +38,7 @@ from seatruth.diagnosis.shared_directions import is_shared
 from seatruth.diagnosis.size_errors import is_sure, size_errors
 from seatruth.diagnosis.sizes import is_no_noise
 from seatruth.diagnosis.sizes_in_words import effect_in_words, furthest, prior_deviations
-from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis, NamedCause, Verdict
+from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis, NamedCause, Verdict, least_probable
 from seatruth.diagnosis.withdrawals import (
     without_disputed,
     without_leaning,
@@ -267,15 +267,15 @@ class Assembly:
         fits = {"the model alone": self.search.null, "the answer": self.gap.shown}
         errors = whitened(problem, problem.errors(points["refit"]), self.information.at.sizes)
         split = shares(misfits["before"], misfits["refit"], misfits["effects"], problem.count)
-        places = {name: self._places(effect) for name, effect in problem.effects.items()}
-        causes = tuple(self._named(cluster) for cluster in self.decision.clusters)
-        said = self.decision
+        said, places = self.decision, {name: self._places(effect) for name, effect in problem.effects.items()}
+        causes = tuple(self._named(cluster) for cluster in said.clusters)
+        probability = least_probable(causes, said.probability)
 
         def titles(names: Iterable[str]) -> list[str]:
             return [problem.effects[name].title for name in names]
 
         sentence = verdict_sentence(
-            said.kind, causes, said.probability, said.discrepancy, split, validation,
+            said.kind, causes, probability, said.discrepancy, split, validation,
             one_trial=len(problem.trials) == 1,
             form=titles(name for name in said.form if not is_only_form(name, problem.effects)),
             curve=titles(name for name in said.form if is_only_form(name, problem.effects)),
@@ -289,7 +289,7 @@ class Assembly:
             model=self.study.model.name,
             synthetic=self.study.synthetic,
             seed=self.seed,
-            verdict=Verdict(said.kind, causes, said.probability, said.discrepancy, tuple(acting), sentence),
+            verdict=Verdict(said.kind, causes, probability, said.discrepancy, tuple(acting), sentence),
             effects=self._effects(places),
             hypotheses=tuple(self.hypotheses),
             causes=posterior.by_cause(self.hypotheses, problem.effects),

@@ -5,7 +5,7 @@ The classes below are part of the layout of `diagnosis.json`; see `results.py` f
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -128,6 +128,14 @@ class NamedCause:
     """What of it is: "size", or a parameter that says how well its form is known: "ln x ratio of 2.1"."""
     direction: str = ""
     """On the earth, that several effects have in common: "303 +- 15 deg"; empty for one effect, or where none has."""
+
+
+def least_probable(causes: Sequence[NamedCause], otherwise: float) -> float:
+    """Probability that all causes of practical size act, of the least probable; `otherwise` where there is none.
+
+    What is said to be of no practical size makes the others no less sure.
+    """
+    return min((cause.probability for cause in causes if not cause.small), default=otherwise)
 
 
 @dataclass(frozen=True)
