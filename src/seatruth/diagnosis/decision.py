@@ -35,7 +35,8 @@ _MOST_APART = 3
 """Effects of different families that are named as one cause. [S] A longer list says that nothing is known."""
 _MOST_ALIKE = 5
 """The same where each of them shows in these trials what the first one does. [S] A steady push to one side is a bank's,
-a rudder's that stands off, a thruster's that points aside, or a propeller's: naming these four says what to look at."""
+a rudder's that stands off, a thruster's that points aside, a propeller's, or a hull's: naming all five says what to
+look at."""
 _SURELY = 0.05
 """Probability that nothing acts up to which it is said that something does. [S] As bounds of one side are."""
 _ROUNDS = 3
