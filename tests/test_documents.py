@@ -40,6 +40,16 @@ def test_links_lead_somewhere(document: str) -> None:
         assert (path.parent / target).exists(), target
 
 
+def test_the_rules_of_the_diagnosis_stand_where_its_document_says() -> None:
+    """ "`diagnosis/withdrawals.py: without_outdone`": a module of the sources, and one or more names in it."""
+    named = re.findall(r"`(\w+/\w+\.py)(?:: ([\w, ]+))?`", (ROOT / "docs" / "diagnosis.md").read_text(encoding="utf-8"))
+    assert len(named) > 40
+    for module, names in named:
+        text = (ROOT / "src" / "seatruth" / module).read_text(encoding="utf-8")
+        for name in filter(None, names.split(", ")):
+            assert re.search(rf"^(?:    )?(?:def |class )?{name}\b", text, re.MULTILINE), f"{module}: {name}"
+
+
 @pytest.mark.essential
 def test_readme(folder: Path) -> None:
     """Its commands in their order, and after them what the first page of the documentation shows from Python."""
