@@ -42,6 +42,7 @@ _SHIP: dict[str, str] = {
     "added_mass": "added_mass",
     "sloshing": "sloshing",
     "munk": "munk",
+    "asymmetry": "lateral_asymmetry",
     "waves": "wave_forces",
     "wave_drift": "wave_drift",
     "bank": "bank",
@@ -95,7 +96,7 @@ NAMES: dict[str, dict[str, str]] = {
     "tanker": _SHIP,
     "torpedo": _AUV,
     "container": _SHIP,
-    "twin": _TWIN,
+    "twin": {**_TWIN, "weak_thrusters": "drive_gain_n_starboard"},
     "frame": {key: name for key, name in _TWIN.items() if key not in _AFLOAT},
 }
 """Family -> key of the mechanism -> name of the effect."""

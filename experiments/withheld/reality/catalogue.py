@@ -152,6 +152,10 @@ def planar(speed: float, time: float, displacement: float, period: float) -> lis
                   spans=[{"share": 0.05, "T": T * time} for T in (0.7, 1.2)], units={"share": "1", "T": "s"},
                   most=4.0),
         _one("munk", 27, "yaw", "force", hulls.munk, "k", 0.15, "1", most=4),
+        # In the form of the AUV's, to the side: Y = Z_0 rho/2 L^2 u |u|. [S] Twice the Mariner's Y_0 and N_0.
+        Mechanism("asymmetry", 28, "sway,yaw", "force", hulls.asymmetry,
+                  draw=lambda rng: {"Z_0": sign(rng) * 8e-5, "M_0": sign(rng) * 6e-5}, grows=("Z_0", "M_0"),
+                  spans=[{"Z_0": 8e-5, "M_0": 0.0}, {"Z_0": 0.0, "M_0": 6e-5}], units={"Z_0": "1", "M_0": "1"}),
         Mechanism("waves", 29, "surge,sway,yaw", "force", env.waves,
                   draw=lambda rng: {**sea, "height": 0.006 * speed * time, "direction": around(rng),
                                     "seed": float(rng.integers(1000))},
@@ -205,7 +209,18 @@ def thrusted(speed: float, time: float, displacement: float, period: float, *, a
     return [
         *found,
         _one("thrust", 18, "surge", "coefficients", hulls.thrust, "k", -0.1, "1", most=2.5, signed=False),
-        _one("weak_thrusters", None, "surge,yaw", "force", thrusters.weak_thrusters, "k", 0.05, "1", most=8),
+        # Of two thrusters one side is one of them, which the library names; of four it is no effect of the library.
+        _one(
+            "weak_thrusters",
+            18 if afloat else None,
+            "actuator:n_starboard" if afloat else "surge,yaw",
+            "force",
+            thrusters.weak_thrusters,
+            "k",
+            0.05,
+            "1",
+            most=8,
+        ),
     ]
 
 
