@@ -96,6 +96,18 @@ def test_sides_tell_drives_and_a_share_is_no_speed_of_revolution() -> None:
     assert "'Throttle_port' may be meant for 'n_port', which the model takes in rev/s" in shares.notes(ship.inputs)[0]
 
 
+@pytest.mark.parametrize(
+    "names", [("RudderFb P [deg]", "RudderFb S [deg]"), ("Rudder P", "Rudder S"), ("FIN_P", "FIN_S")]
+)
+def test_sides_may_be_letters_where_a_model_has_both(names: tuple[str, str]) -> None:
+    """S for starboard is no unit: of a ferry with two rudders neither "RudderFb P" nor "RudderFb S" was recognised."""
+    both = [
+        Channel(f"d_{side[0]}", "rad", f"{side} rudder or fin, positive to starboard") for side in ("port", "starboard")
+    ]
+    found = described_inputs(dict.fromkeys(names, 20.0 * WAVE), both, Boat()).found
+    assert {name: hit.column for name, hit in found.items()} == dict(zip(("d_p", "d_s"), names, strict=True))
+
+
 def test_a_part_of_full_speed_is_told_its_scale() -> None:
     ship = load_model("twin_thruster")
     (note, *_) = described_inputs({"Thr_Port_pct": 50.0 * WAVE}, ship.inputs, ship).notes(ship.inputs)

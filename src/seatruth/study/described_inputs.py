@@ -83,6 +83,8 @@ _NO_CONTENT = frozenset(("of", "the", "a", "an", "its", "and", "in", "at", "to",
 _ANGLES = ("rad", "deg")
 
 
+_LETTERS = {"p": "port", "s": "starboard"}
+"""Last letters of columns of the two sides, of models that have an input for each."""
 _ACTUATOR = "actuator"
 """What an input and its column are called where the words that tell it have been read."""
 
@@ -175,12 +177,16 @@ def _seen(columns: Sequence[str], channel: Channel, model: Model) -> list[_Seen]
     found = []
     for column in columns:
         name, unit = split_header(column.rpartition(".")[2])
+        if place and unit == "s":  # no input is in seconds: "Rudder S"
+            name, unit = f"{name} s", ""
         words = spelt_out(name).split()
         if own in words and {*words} <= {own} | _BESIDE_A_NAME:
             found.append(_Seen(column, _ACTUATOR, unit, False))
             continue
+        if place and words[-1] in _LETTERS:  # of one of two: "Rudder P", "RudderFb S"
+            words[-1] = _LETTERS[words[-1]]
         told = telling & {*words}
-        if not told or {*place_in(name).split()} != place or (kind is _DRIVES and {*words} & _OF_ANGLES):
+        if not told or {*place_in(" ".join(words)).split()} != place or (kind is _DRIVES and {*words} & _OF_ANGLES):
             continue
         if not unit and {*words} <= _SUPPLY:
             continue
