@@ -7,6 +7,7 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
+import pytest
 
 import seatruth.sample
 from seatruth.diagnosis.fit import Fit
@@ -45,6 +46,21 @@ def test_a_fit_that_takes_the_motion_for_noise_does_not_follow_it() -> None:
         assert follows(cast(Any, cut), replace(first, white=white), first) == said
     # What the record itself shows as white noise is noise, however large beside the motion.
     assert follows(problem, replace(first, white=large), replace(first, white=large))
+
+
+def test_a_record_without_a_sample_says_nothing_of_the_motion(recwarn: pytest.WarningsRecorder) -> None:
+    """A section of an AUV's trial lay between two fixes: numpy warned, and its positions were never missed."""
+    study = seatruth.sample.load("diagnose.toml")
+    problem = Problem(study, load_effects(["current"]), Settings())
+    first = first_sizes(problem, noise_prior(problem))
+    empty = SimpleNamespace(outputs={name: np.full(5, np.nan) for name in ("x", "y")})
+    cut: Any = SimpleNamespace(
+        settings=problem.settings, outputs=problem.outputs, trials=[*problem.trials, empty], model=problem.model
+    )
+    for white in (first.white, first.white + 20.0):
+        fitted = replace(first, white=white)
+        assert follows(cut, fitted, first) == follows(problem, fitted, first) == (white is first.white)
+    assert not recwarn.list
 
 
 def test_runs_lose_a_heading_that_they_miss_by_more_than_a_radian() -> None:

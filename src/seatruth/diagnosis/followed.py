@@ -33,7 +33,8 @@ def follows(problem: Problem, fitted: Sizes, recorded: Sizes) -> bool:
     angles = {channel.name for channel in problem.model.outputs if channel.angle}
     for c, name in enumerate(problem.outputs):
         records = [np.asarray(trial.outputs[name]) for trial in problem.trials if name in trial.outputs]
-        if not records:
+        records = [record for record in records if np.isfinite(record).any()]
+        if not records:  # a section may lie in a gap of the sensor
             continue
         motion = math.sqrt(float(np.mean([np.nanvar(record) for record in records])))
         noise = math.exp(fitted.white[c]) * math.sqrt(shapes[fitted.shape[c]].correlation(0.0))
