@@ -10,6 +10,7 @@ from scipy.stats import multivariate_normal
 from seatruth.arrays import Array, Flags
 from seatruth.diagnosis.gram_matrices import GramMatrices
 from seatruth.diagnosis.problem import Linearization, Problem
+from seatruth.diagnosis.size_search import with_shape
 
 
 def by_hand(problem: Problem, at: Linearization, keep: Flags, trial: int) -> tuple[Array, float]:
@@ -63,3 +64,18 @@ def test_other_errors_beside_the_same_derivatives_give_what_they_give_anew(every
         np.testing.assert_array_equal(base, own)
     unchanged, _ = GramMatrices(problem, at.errors, at.shared, at.local, keep).weighted(sizes)
     np.testing.assert_array_equal(grams.weighted(sizes)[0], unchanged)
+
+
+def test_the_noise_of_one_channel_changed_gives_what_it_gives_anew() -> None:
+    """Whatever was asked before: of one channel twice, of another one, and of two at once."""
+    problem, at = case()
+    grams = GramMatrices(problem, at.errors, at.shared, at.local, None)
+    sizes = sizes_of(problem)
+    for c, shape, more in ((0, 1, 0.0), (0, 2, 0.5), (1, 1, -0.3), (1, 0, 0.2), (0, 0, 0.0)):
+        for one in (with_shape(sizes, c, shape, sizes.white[c] + more), sizes):
+            total, base = grams.weighted(one)
+            anew, its_base = GramMatrices(problem, at.errors, at.shared, at.local, None).weighted(one)
+            np.testing.assert_allclose(total, anew, rtol=1e-12, atol=1e-12 * float(np.abs(anew).max()))
+            np.testing.assert_allclose(base, its_base, rtol=1e-12)
+            total[:] = np.nan  # what is returned is the caller's
+        sizes = with_shape(sizes, c, shape, sizes.white[c] + more)

@@ -13,6 +13,9 @@ from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.sizes import Sizes, noise_shapes
 from seatruth.statistics.state_space_noise import whiten
 
+_Noises = dict[int, tuple[int, float]]
+"""Channel -> shape of its noise and logarithm of its white deviation."""
+
 
 class GramMatrices:
     """Gram matrices of [errors, derivatives by shared unknowns, by each trial's own], m columns.
@@ -32,6 +35,8 @@ class GramMatrices:
         self._white: dict[tuple[int, int], dict[int, Array]] = {}
         self._rows: dict[tuple[int, int], Indices] = {}
         self._others: tuple[GramMatrices, Array] | None = None
+        self._last: _Noises = {}
+        self._rest: tuple[int, _Noises, Array] | None = None
         self.size = 1 + shared.shape[1] + own.shape[1]
         """How many columns they have, m."""
         self.counts = np.zeros((len(problem.trials), len(problem.outputs)))
@@ -50,6 +55,7 @@ class GramMatrices:
         """The same with other errors (N,): the derivatives, which are nearly all of them, are whitened once for all."""
         found = copy.copy(self)
         found._found, found._others = {}, (self if self._others is None else self._others[0], errors)
+        found._last, found._rest = {}, None
         return found
 
     def _whitened(self, channel: int, shape: int) -> dict[int, Array]:
@@ -88,16 +94,41 @@ class GramMatrices:
         return self._found[key]
 
     def weighted(self, sizes: Sizes) -> tuple[Array, Array]:
-        """Those of all channels (T, m, m) by their noise, and the noise's part of the log-likelihood (T,)."""
-        total = np.zeros((len(self.counts), self.size, self.size))
-        base, weights = np.zeros(len(total)), list[tuple[Array, float]]()
-        for c, shape in enumerate(sizes.shape):
-            if self.counts[:, c].any():
-                base -= 0.5 * self.of(c, shape)[1]
-                base -= self.counts[:, c] * (float(sizes.white[c]) + 0.5 * math.log(2.0 * math.pi))
-                weights.append((self.of(c, shape)[0], math.exp(-2.0 * sizes.white[c])))
+        """Those of all channels (T, m, m) by their noise, and the noise's part of the log-likelihood (T,).
+
+        Shapes of noise are tried channel by channel: the sum over the channels that stay is kept between calls.
+        """
+        noises = {c: (k, float(sizes.white[c])) for c, k in enumerate(sizes.shape) if self.counts[:, c].any()}
+        base = np.zeros(len(self.counts))
+        for c, (shape, white) in noises.items():
+            base -= 0.5 * self.of(c, shape)[1] + self.counts[:, c] * (white + 0.5 * math.log(2.0 * math.pi))
+        changing = self._changing(noises)
+        if changing is None:
+            return self._sum(noises), base
+        c, rest = changing
+        return self._sum({c: noises[c]}, rest), base
+
+    def _changing(self, noises: _Noises) -> tuple[int, Array] | None:
+        """The only channel whose noise differs from that of the last call, or calls, and the sum over the others."""
+        if self._rest is None or _without(noises, self._rest[0]) != self._rest[1]:
+            changed = [c for c, noise in noises.items() if noise != self._last.get(c)]
+            self._rest = None
+            if len(changed) == 1:
+                others = _without(noises, changed[0])
+                self._rest = changed[0], others, self._sum(others)
+        self._last = noises
+        return None if self._rest is None else (self._rest[0], self._rest[2])
+
+    def _sum(self, noises: _Noises, beside: Array | None = None) -> Array:
+        """Sum (T, m, m) over channels, by their noise, and what is beside them."""
+        total = np.zeros((len(self.counts), self.size, self.size)) if beside is None else beside.copy()
+        weights = [(self.of(c, shape)[0], math.exp(-2.0 * white)) for c, (shape, white) in noises.items()]
         for trial, sums in enumerate(total.reshape(len(total), -1)):
             # One trial after the other: its sum stays in the processor's cache.
             for grams, weight in weights:
                 daxpy(grams[trial].reshape(-1), sums, a=weight)
-        return total, base
+        return total
+
+
+def _without(noises: _Noises, channel: int) -> _Noises:
+    return {c: noise for c, noise in noises.items() if c != channel}
