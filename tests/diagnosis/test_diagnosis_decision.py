@@ -73,6 +73,20 @@ def test_what_shows_the_same_is_named_as_one_cause_though_its_families_differ() 
     assert (decided(*pair).kind, decided(*pair, near=same).kind) == ("unknown", "inseparable")
 
 
+def test_what_is_probable_by_itself_is_no_list_with_what_the_trials_tell_from_it() -> None:
+    """Of an AUV whose rudder stood off, 58 nats before an asymmetry that had 16 %, "not in the library" was said."""
+    apart = [(("rudder_offset",), 0.8, True), (("lateral_asymmetry",), 0.16, True), ((), 0.04, True)]
+    said = decided(*apart)
+    assert (said.kind, [cause.effects for cause in said.clusters]) == ("effects", [("rudder_offset",)])
+    assert said.probability == pytest.approx(0.8)
+    # Not where it is not probable by itself, and together where trials cannot tell the two apart.
+    assert (
+        decided((("rudder_offset",), 0.5, True), (("lateral_asymmetry",), 0.46, True), ((), 0.04, True)).clusters == ()
+    )
+    same = decided(*apart, near={frozenset(("rudder_offset", "lateral_asymmetry")): 0.5})
+    assert [set(cause.effects) for cause in same.clusters] == [{"rudder_offset", "lateral_asymmetry"}]
+
+
 def test_nothing_is_named_that_does_not_predict() -> None:
     said = decided((("current",), 0.95), ((), 0.05), refused=("current",))
     assert said.kind == "unknown"

@@ -119,7 +119,7 @@ def test_no_effects_is_the_model_itself() -> None:
 
 def test_where_effects_cannot_act_is_said() -> None:
     known = available()
-    with pytest.raises(BadInput, match="no input 'delta'"):
+    with pytest.raises(BadInput, match="no rudder 'delta'"):
         with_effects(load_model("diving_plane"), [known["rudder_offset"]])
     with pytest.raises(BadInput, match="no state 'psi'"):
         with_effects(load_model("diving_plane"), [known["current"]])

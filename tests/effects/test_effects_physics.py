@@ -292,7 +292,7 @@ def test_names_and_axes_of_a_users_model() -> None:
 
 def test_a_stern_plane_effect_leaves_the_rudder_alone() -> None:
     known = available()
-    assert "no input 'delta_s'" in known["plane_offset"].missing(load_model("mmg"))
+    assert "no plane 'delta_s'" in known["plane_offset"].missing(load_model("mmg"))
     assert known["plane_offset"].places(load_model("torpedo")) == ("actuator:delta_s",)
     assert known["rudder_offset"].places(Twin()) == ("actuator:helm",)
     found = rates("torpedo", {"u": 1.5}, FIN, plane_offset_angle=0.1)

@@ -99,6 +99,19 @@ def test_usual_names_and_declared_actuators_come_first(
     assert drive_inputs(model) == drives
 
 
+def test_a_starboard_rudder_that_is_declared_is_no_stern_plane() -> None:
+    """Of a ferry with the rudders delta_p and delta_s an offset of a stern plane was one of the causes."""
+    inputs = (Channel("delta_p", "rad"), Channel("delta_s", "rad"))
+    ferry = type(
+        "Ferry", (Torpedo,), {"inputs": inputs, "actuators": (Rudder("port", "delta_p"), Rudder("s", "delta_s"))}
+    )
+    offset, plane = (available()[name] for name in ("rudder_offset", "plane_offset"))
+    assert [one.input for one in targets(offset, ferry())] == ["delta_p", "delta_s"]
+    assert targets(plane, ferry()) == ()
+    assert "plane" in plane.missing(ferry())
+    assert [one.input for one in targets(plane, load_model("torpedo"))] == ["delta_s"]
+
+
 def test_effects_act_on_all_of_them_alike_and_on_each_alone() -> None:
     found = available()
     for name, inputs in (("rudder_offset", ("az_port", "az_starboard")), ("thruster_lag", Tug().inputs[2:5])):

@@ -52,8 +52,9 @@ def cluster_of(
     near: Callable[[str, str], float],
     *,
     beside: bool,
+    told_apart: bool = True,
 ) -> Cluster:
-    """An effect of a set, and the effects that can stand in its place.
+    """An effect of a set, and the effects that can stand in its place, with those that are `told_apart` or without.
 
     Where forces are missing beside it, a factor on an actuator is no cause, and stands in no other's place. What is a
     form of the model alone is never one.
@@ -76,8 +77,8 @@ def cluster_of(
     members, held, total = [name], best, best + sum(weight[n] for n in rivals)
     for rival in rivals:
         alike = rival in common or near(name, rival) < settings.apart
-        wanted = weight[rival] >= settings.least_rival * best and held < settings.set_coverage * total
-        if alike or wanted:
+        probable = weight[rival] >= settings.least_rival * best and held < settings.set_coverage * total
+        if alike or (told_apart and probable):
             members.append(rival)
         held += weight[rival]
     counted = (*members, *repeated)

@@ -327,7 +327,9 @@ class Effect:
             return f"{NO_ENVIRONMENT}, and it has no state 'u'"
         if self.actuator and not targets(self, model):
             return (
-                f"the model has no input {USUAL[self.actuator][0]!r}" if USUAL[self.actuator] else self._no_thruster()
+                f"the model has no {self.actuator} {USUAL[self.actuator][0]!r}"
+                if USUAL[self.actuator]
+                else self._no_thruster()
             )
         aliases = aliases_of(self, model, targets(self, model)[0] if self.actuator else None)
         for kind, needed in (("state", "needs_states"), ("input", "needs_inputs"), ("output", "needs_outputs")):
