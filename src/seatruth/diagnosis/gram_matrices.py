@@ -13,6 +13,9 @@ from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.sizes import Sizes, noise_shapes
 from seatruth.statistics.state_space_noise import whiten
 
+_KEPT = 4
+"""Shapes of a channel's noise whose Gram matrices are kept: where it stands, and those tried last. [S] Of an AUV whose
+trials are cut into sections, those of all shapes that were ever tried took 1.5 GB."""
 _Noises = dict[int, tuple[int, float]]
 """Channel -> shape of its noise and logarithm of its white deviation."""
 
@@ -81,17 +84,22 @@ class GramMatrices:
     def of(self, channel: int, shape: int) -> tuple[Array, Array]:
         """Those of one channel (T, m, m) under noise of one shape, and log-determinants of the noise (T,)."""
         key = channel, shape
-        if key not in self._found and self._others is not None:
-            self._found[key] = self._of_others(*self._others, channel, shape)
-        if key not in self._found:
-            trials = len(self.counts)
-            grams, logs = np.zeros((trials, self.size, self.size)), np.zeros(trials)
-            for (trial, which), (block, t) in self._blocks.items():
-                if which == channel:
-                    white, logs[trial] = whiten(block, t, self._shapes[shape])
-                    grams[trial] = white.T @ white
-            self._found[key] = grams, logs
-        return self._found[key]
+        found = self._found.pop(key, None)  # the last one used stands last
+        if found is None:
+            for oldest in [one for one in list(self._found) if one[0] == channel][: -(_KEPT - 1)]:
+                self._found.pop(oldest, None)
+            whole = self._others
+            found = self._anew(channel, shape) if whole is None else self._of_others(*whole, channel, shape)
+        self._found[key] = found
+        return found
+
+    def _anew(self, channel: int, shape: int) -> tuple[Array, Array]:
+        grams, logs = np.zeros((len(self.counts), self.size, self.size)), np.zeros(len(self.counts))
+        for (trial, which), (block, t) in self._blocks.items():
+            if which == channel:
+                white, logs[trial] = whiten(block, t, self._shapes[shape])
+                grams[trial] = white.T @ white
+        return grams, logs
 
     def weighted(self, sizes: Sizes) -> tuple[Array, Array]:
         """Those of all channels (T, m, m) by their noise, and the noise's part of the log-likelihood (T,).
@@ -110,14 +118,14 @@ class GramMatrices:
 
     def _changing(self, noises: _Noises) -> tuple[int, Array] | None:
         """The only channel whose noise differs from that of the last call, or calls, and the sum over the others."""
-        if self._rest is None or _without(noises, self._rest[0]) != self._rest[1]:
+        rest = self._rest
+        if rest is None or _without(noises, rest[0]) != rest[1]:
             changed = [c for c, noise in noises.items() if noise != self._last.get(c)]
-            self._rest = None
-            if len(changed) == 1:
-                others = _without(noises, changed[0])
-                self._rest = changed[0], others, self._sum(others)
+            others = _without(noises, changed[0]) if len(changed) == 1 else {}
+            rest = (changed[0], others, self._sum(others)) if len(changed) == 1 else None
+            self._rest = rest
         self._last = noises
-        return None if self._rest is None else (self._rest[0], self._rest[2])
+        return None if rest is None else (rest[0], rest[2])
 
     def _sum(self, noises: _Noises, beside: Array | None = None) -> Array:
         """Sum (T, m, m) over channels, by their noise, and what is beside them."""
