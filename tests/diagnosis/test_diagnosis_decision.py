@@ -80,9 +80,8 @@ def test_what_is_probable_by_itself_is_no_list_with_what_the_trials_tell_from_it
     assert (said.kind, [cause.effects for cause in said.clusters]) == ("effects", [("rudder_offset",)])
     assert said.probability == pytest.approx(0.8)
     # Not where it is not probable by itself, and together where trials cannot tell the two apart.
-    assert (
-        decided((("rudder_offset",), 0.5, True), (("lateral_asymmetry",), 0.46, True), ((), 0.04, True)).clusters == ()
-    )
+    list_ = decided((("rudder_offset",), 0.5, True), (("lateral_asymmetry",), 0.46, True), ((), 0.04, True))
+    assert (list_.kind, list_.clusters, list_.vague) == ("unknown", (), ("rudder_offset", "lateral_asymmetry"))
     same = decided(*apart, near={frozenset(("rudder_offset", "lateral_asymmetry")): 0.5})
     assert [set(cause.effects) for cause in same.clusters] == [{"rudder_offset", "lateral_asymmetry"}]
 

@@ -174,6 +174,8 @@ def test_no_gap_and_undecided() -> None:
     assert said("underpowered", acts=True).startswith("Something acts, but these trials cannot decide what.")
     listed = said("underpowered", acts=True, vague=["a bank", "a rudder's offset", "wind"])
     assert listed.startswith("Something acts, but these trials cannot tell what: a bank, a rudder's offset or wind (")
+    beside = said("unknown", vague=["a bank", "a rudder's offset"])
+    assert "It looks like a bank or a rudder's offset, of which none is probable by itself." in beside
 
 
 def test_no_probability_is_one_or_nothing() -> None:

@@ -79,7 +79,7 @@ class Decision:
     acts: bool = False
     """Where these trials cannot decide what acts: whether it is sure that something does."""
     vague: Key = ()
-    """Effects of all kinds that look alike, so many that naming them as one cause would say nothing."""
+    """Effects of different kinds that look alike, so many that naming them as one cause would say nothing."""
 
 
 def decide(
@@ -160,6 +160,7 @@ def decide(
             along,
             part=tuple(part),
             refused=refused,
+            vague=vague.effects if vague is not None and not refused else (),
         )
     acts = none <= _SURELY
     return Decision(

@@ -78,7 +78,7 @@ def verdict_sentence(
         outdone: titles of effects that explain the trials, but predict those left out worse than terms in the
             equations do.
         untried: titles of effects that may as well be something that cannot be tried on the model.
-        vague: titles of effects of all kinds that look alike, too many to be one cause.
+        vague: titles of effects of different kinds that look alike, too many to be one cause.
         acts: whether it is sure that something acts, where these trials cannot decide what.
         stopped: whether the search ended before all effects were compared.
 
@@ -96,7 +96,7 @@ def verdict_sentence(
     beside = tiny and f"Significant beside it, {tiny}"
     if kind == "unknown":
         said = _unknown(causes, probability, shares)
-        form_or_course = _of_another_form(form, curve), _part_of_it(part), _on_one_course(along)
+        form_or_course = _of_another_form(form, curve), _part_of_it(part), _on_one_course(along), _of_kinds(vague)
         withdrawn = _unpredictive(refused), _outdone(outdone, beside=False), _untried(untried, beside=False)
         return _joined(first, said, *form_or_course, *withdrawn, beside)
     rest = _outdone(outdone, beside=True), _untried(untried, beside=True)
@@ -296,6 +296,10 @@ def _unpredictive(titles: Sequence[str]) -> str:
     return f"It looks like {listed(titles)}, which {do} not surely predict trials left out."
 
 
+def _of_kinds(titles: Sequence[str]) -> str:
+    return f"It looks like {' or '.join(titles)}, of which none is probable by itself." if titles else ""
+
+
 def _on_one_course(titles: Sequence[str]) -> str:
     """What fits, where trials on one course cannot tell it from a force of the vehicle's own."""
     if not titles:
@@ -326,17 +330,14 @@ def _untried(titles: Sequence[str], *, beside: bool) -> str:
 
 def _unknown(causes: Sequence[NamedCause], probability: float, shares: Shares) -> str:
     sure = f"(probability {chance(probability)})"
+    text = f"Something acts that is not in the library {sure}."
     if meets_noise(shares):
         multiple = math.sqrt(max(shares.misfit_refit, 0.0))
         text = (
             f"What the refitted model leaves is small: its error is {multiple:.2f} times the noise. It does not look "
             f"like noise, and its cause is not in the library {sure}."
         )
-    else:
-        text = f"Something acts that is not in the library {sure}."
-    if causes:
-        text += f" Beside it acts {_listed(causes)}."
-    return text
+    return f"{text} Beside it acts {_listed(causes)}." if causes else text
 
 
 def _undecided(causes: Sequence[NamedCause], vague: Sequence[str], probability: float, *, acts: bool) -> str:
