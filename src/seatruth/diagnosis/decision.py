@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from seatruth.diagnosis.clusters import NEEDED, Cluster, cluster_of, is_factor, merged
 from seatruth.diagnosis.hypotheses import Key
@@ -215,14 +216,18 @@ def _answer(
         # What is refused leaves the others to explain more, or less: they are asked again without it, so that two that
         # only together look like something else do not stand when one falls. What is only improbable may act.
         beside = _discrepancy(found, kept)
-        candidates = {name: _candidate(name, first, sets, effects, settings, near, beside=beside) for name in kept}
+        cluster = partial(
+            cluster_of, key=first, sets=sets, effects=effects, settings=settings, near=near, beside=beside
+        )
+        says_nothing = partial(_says_nothing, near=near, settings=settings, beside=beside)
+        candidates = {name: _candidate(partial(cluster, name), says_nothing, settings) for name in kept}
         # Such a term may stand for another form of the model, and a set with it has a twin of that form that fits as
         # well: what stands beside the term is as sure there.
         for name in set(kept) & set(form):
             candidates[name] = replace(candidates[name], probability=candidates[name].probability * share)
         sure = {name: _without(found, one.counted, gone, effects, one_course) for name, one in candidates.items()}
         likely = [name for name in kept if min(candidates[name].probability, sure[name]) >= settings.name_threshold]
-        lists = [name for name in likely if _says_nothing(candidates[name], near, settings, beside=beside)]
+        lists = [name for name in likely if says_nothing(candidates[name])]
         vague = vague or next((candidates[name] for name in lists), None)
         probable = [
             name
@@ -247,27 +252,18 @@ def _answer(
     return _Answer(tuple(merged(clusters, effects)), kept, tuple(refused), tuple(part), lacking, vague)
 
 
-def _candidate(
-    name: str,
-    first: Key,
-    sets: Mapping[Key, float],
-    effects: Mapping[str, Effect],
-    settings: Settings,
-    near: Callable[[str, str], float],
-    *,
-    beside: bool,
-) -> Cluster:
+def _candidate(cluster: Callable[..., Cluster], says_nothing: Callable[[Cluster], bool], settings: Settings) -> Cluster:
     """An effect of the most probable set with what can stand in its place, where that is no list that says nothing.
 
     What these trials tell from an effect that is probable by itself makes it less probable, and no list. Of an AUV
     whose rudder stood 2 deg off, an asymmetry of the hull was 58 nats behind 650, which the temperature of so much
     evidence leaves 16 %: the two were a list, and the cause was "not in the library".
     """
-    cluster = cluster_of(name, first, sets, effects, settings, near, beside=beside)
-    if not _says_nothing(cluster, near, settings, beside=beside):
-        return cluster
-    alone = cluster_of(name, first, sets, effects, settings, near, beside=beside, told_apart=False)
-    return cluster if alone.cause == ROOT or alone.probability < settings.name_threshold else alone
+    found = cluster()
+    if not says_nothing(found):
+        return found
+    alone = cluster(told_apart=False)
+    return found if alone.cause == ROOT or alone.probability < settings.name_threshold else alone
 
 
 def _one_helps(cluster: Cluster, name: str, kept: Key, helps: Callable[[str, Key], bool]) -> bool:
@@ -279,7 +275,7 @@ def _one_helps(cluster: Cluster, name: str, kept: Key, helps: Callable[[str, Key
     return any(helps(member, tuple(sorted((*rest, member)))) for member in cluster.effects if member not in rest)
 
 
-def _says_nothing(cluster: Cluster, near: Callable[[str, str], float], settings: Settings, *, beside: bool) -> bool:
+def _says_nothing(cluster: Cluster, *, near: Callable[[str, str], float], settings: Settings, beside: bool) -> bool:
     """Whether a cluster is only a list of effects of all kinds.
 
     Where forces are missing beside it, so are two that these trials tell apart: if one of them acted, it would fit
