@@ -75,3 +75,15 @@ def test_runs_lose_a_heading_that_they_miss_by_more_than_a_radian() -> None:
         )
         fit = SimpleNamespace(point=problem.start)
         assert loses_heading(cast(Any, seen), cast(Fit, fit)) == lost
+
+
+def test_an_angle_that_no_trial_recorded_is_not_lost(recwarn: pytest.WarningsRecorder) -> None:
+    study = seatruth.sample.load("diagnose.toml")
+    problem = Problem(study, load_effects(["current"]), Settings())
+    heading = problem.outputs.index("psi")
+    rows = problem.channel_of != heading
+    seen = SimpleNamespace(
+        errors=lambda _: np.full(int(rows.sum()), 50.0), model=problem.model, channel_of=problem.channel_of[rows]
+    )
+    assert not loses_heading(cast(Any, seen), cast(Fit, SimpleNamespace(point=problem.start)))
+    assert not recwarn.list

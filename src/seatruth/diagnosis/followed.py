@@ -54,4 +54,5 @@ def loses_heading(problem: Problem, plain: Fit) -> bool:
     """
     errors = problem.errors(plain.point)
     angles = [c for c, channel in enumerate(problem.model.outputs) if channel.angle]
-    return any(float(np.mean(errors[problem.channel_of == c] ** 2)) > _LOST**2 for c in angles)
+    missed = [errors[problem.channel_of == c] for c in angles]
+    return any(len(one) > 0 and float(np.mean(one**2)) > _LOST**2 for one in missed)
