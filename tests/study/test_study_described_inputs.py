@@ -108,6 +108,12 @@ def test_sides_may_be_letters_where_a_model_has_both(names: tuple[str, str]) -> 
     assert {name: hit.column for name, hit in found.items()} == dict(zip(("d_p", "d_s"), names, strict=True))
 
 
+@pytest.mark.parametrize("header", ["", "---", "[deg]", "°", "S", "s"])
+def test_a_header_without_a_word_is_no_input(header: str) -> None:
+    both = [Channel(f"d_{side[0]}", "rad", f"{side} rudder") for side in ("port", "starboard")]
+    assert described_inputs({header: 20.0 * WAVE}, both, Boat()).found == {}
+
+
 def test_a_part_of_full_speed_is_told_its_scale() -> None:
     ship = load_model("twin_thruster")
     (note, *_) = described_inputs({"Thr_Port_pct": 50.0 * WAVE}, ship.inputs, ship).notes(ship.inputs)

@@ -183,7 +183,7 @@ def _seen(columns: Sequence[str], channel: Channel, model: Model) -> list[_Seen]
         if own in words and {*words} <= {own} | _BESIDE_A_NAME:
             found.append(_Seen(column, _ACTUATOR, unit, False))
             continue
-        if place and words[-1] in _LETTERS:  # of one of two: "Rudder P", "RudderFb S"
+        if place and words and words[-1] in _LETTERS:  # of one of two: "Rudder P", "RudderFb S"
             words[-1] = _LETTERS[words[-1]]
         told = telling & {*words}
         if not told or {*place_in(" ".join(words)).split()} != place or (kind is _DRIVES and {*words} & _OF_ANGLES):
