@@ -82,6 +82,18 @@ def test_what_is_probable_by_itself_is_no_list_with_what_the_trials_tell_from_it
     # Not where it is not probable by itself, and together where trials cannot tell the two apart.
     list_ = decided((("rudder_offset",), 0.5, True), (("lateral_asymmetry",), 0.46, True), ((), 0.04, True))
     assert (list_.kind, list_.clusters, list_.vague) == ("unknown", (), ("rudder_offset", "lateral_asymmetry"))
+    # Nor is a node of the tree, of effects of which none is probable by itself.
+    node = [(("wind",), 0.4, True), (("wave_drift",), 0.35, True), (("heading_bias",), 0.2, True), ((), 0.05, True)]
+    said = decided(*node, near={frozenset(("wind", "wave_drift")): 0.5})
+    assert [(cause.effects, cause.cause) for cause in said.clusters] == [
+        (("wind", "wave_drift"), "environment.force_fixed_to_earth")
+    ]
+    # What trials cannot tell from it, if of another family, stays beside it.
+    near = {frozenset(("rudder_offset", "bank")): 0.5}
+    three = [(("rudder_offset",), 0.66, True), (("bank",), 0.1, True), (("lateral_asymmetry",), 0.2, True)]
+    assert [cause.effects for cause in decided(*three, ((), 0.04, True), near=near).clusters] == [
+        ("rudder_offset", "bank")
+    ]
     same = decided(*apart, near={frozenset(("rudder_offset", "lateral_asymmetry")): 0.5})
     assert [set(cause.effects) for cause in same.clusters] == [{"rudder_offset", "lateral_asymmetry"}]
 

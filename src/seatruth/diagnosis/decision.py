@@ -220,7 +220,8 @@ def _answer(
             cluster_of, key=first, sets=sets, effects=effects, settings=settings, near=near, beside=beside
         )
         says_nothing = partial(_says_nothing, near=near, settings=settings, beside=beside)
-        candidates = {name: _candidate(partial(cluster, name), says_nothing, settings) for name in kept}
+        own = {name: sum(p for key, p in sets.items() if name in key) for name in kept}
+        candidates = {name: _candidate(partial(cluster, name), own[name], says_nothing, settings) for name in kept}
         # Such a term may stand for another form of the model, and a set with it has a twin of that form that fits as
         # well: what stands beside the term is as sure there.
         for name in set(kept) & set(form):
@@ -252,18 +253,22 @@ def _answer(
     return _Answer(tuple(merged(clusters, effects)), kept, tuple(refused), tuple(part), lacking, vague)
 
 
-def _candidate(cluster: Callable[..., Cluster], says_nothing: Callable[[Cluster], bool], settings: Settings) -> Cluster:
+def _candidate(
+    cluster: Callable[..., Cluster], own: float, says_nothing: Callable[[Cluster], bool], settings: Settings
+) -> Cluster:
     """An effect of the most probable set with what can stand in its place, where that is no list that says nothing.
 
-    What these trials tell from an effect that is probable by itself makes it less probable, and no list. Of an AUV
-    whose rudder stood 2 deg off, an asymmetry of the hull was 58 nats behind 650, which the temperature of so much
-    evidence leaves 16 %: the two were a list, and the cause was "not in the library".
+    What these trials tell from a cause that is probable without it makes that less probable, and no list: from a node of
+    the tree, or from an effect that is probable by itself (`own`). Of an AUV whose rudder stood 2 deg off, an asymmetry
+    of the hull was 58 nats behind 650, which the temperature of so much evidence leaves 16 %: the two were a list, and
+    the cause was "not in the library".
     """
     found = cluster()
     if not says_nothing(found):
         return found
     alone = cluster(told_apart=False)
-    return found if alone.cause == ROOT or alone.probability < settings.name_threshold else alone
+    probable = own if alone.cause == ROOT else alone.probability
+    return found if probable < settings.name_threshold or says_nothing(alone) else alone
 
 
 def _one_helps(cluster: Cluster, name: str, kept: Key, helps: Callable[[str, Key], bool]) -> bool:
