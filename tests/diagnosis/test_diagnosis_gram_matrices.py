@@ -83,7 +83,7 @@ def test_the_noise_of_one_channel_changed_gives_what_it_gives_anew() -> None:
 
 
 def test_few_of_the_shapes_that_were_tried_are_kept() -> None:
-    """And those asked for again are the same: of an AUV in sections those of all shapes took 1.5 GB."""
+    """And those asked for again are the same."""
     problem, at = case()
     grams = GramMatrices(problem, at.errors, at.shared, at.local, None)
     first = grams.of(0, 0)

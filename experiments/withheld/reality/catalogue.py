@@ -206,21 +206,12 @@ def thrusted(speed: float, time: float, displacement: float, period: float, *, a
         for one in planar(speed, time, displacement, period)
         if one.kind != "gear" and one.key not in _WITHOUT_RUDDER and (afloat or one.key not in _AFLOAT)
     ]
+    # Of two thrusters one side is one of them, which the library names; of four it is no effect of the library.
+    number, place = (18, "actuator:n_starboard") if afloat else (None, "surge,yaw")
     return [
         *found,
         _one("thrust", 18, "surge", "coefficients", hulls.thrust, "k", -0.1, "1", most=2.5, signed=False),
-        # Of two thrusters one side is one of them, which the library names; of four it is no effect of the library.
-        _one(
-            "weak_thrusters",
-            18 if afloat else None,
-            "actuator:n_starboard" if afloat else "surge,yaw",
-            "force",
-            thrusters.weak_thrusters,
-            "k",
-            0.05,
-            "1",
-            most=8,
-        ),
+        _one("weak_thrusters", number, place, "force", thrusters.weak_thrusters, "k", 0.05, "1", most=8),
     ]
 
 

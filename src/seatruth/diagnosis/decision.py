@@ -258,10 +258,10 @@ def _candidate(
 ) -> Cluster:
     """An effect of the most probable set with what can stand in its place, where that is no list that says nothing.
 
-    What these trials tell from a cause that is probable without it makes that less probable, and no list: from a node of
-    the tree, or from an effect that is probable by itself (`own`). Of an AUV whose rudder stood 2 deg off, an asymmetry
-    of the hull was 58 nats behind 650, which the temperature of so much evidence leaves 16 %: the two were a list, and
-    the cause was "not in the library".
+    What these trials tell from a cause that is probable without it makes that less probable, and no list: from a node
+    of the tree, or from an effect that is probable by itself (`own`). Of an AUV whose rudder stood 2 deg off, an
+    asymmetry of the hull was 58 nats behind 650, which the temperature of so much evidence leaves 16 %: the two were a
+    list, and the cause was "not in the library".
     """
     found = cluster()
     if not says_nothing(found):

@@ -14,8 +14,8 @@ from seatruth.diagnosis.sizes import Sizes, noise_shapes
 from seatruth.statistics.state_space_noise import whiten
 
 _KEPT = 4
-"""Shapes of a channel's noise whose Gram matrices are kept: where it stands, and those tried last. [S] Of an AUV whose
-trials are cut into sections, those of all shapes that were ever tried took 1.5 GB."""
+"""Shapes of a channel's noise whose Gram matrices are kept: where it stands, and those tried last. [S] Of an AUV with
+ten channels a diagnosis with three effects took 1077 MB with those of all shapes, and 851 MB so."""
 _Noises = dict[int, tuple[int, float]]
 """Channel -> shape of its noise and logarithm of its white deviation."""
 

@@ -234,6 +234,12 @@ class MunkVertical(Effect):
         return e._replace(M=e.M + q.k * d.mass * (s.u - e.u_c) * (s.w - e.w_c))
 
 
+def _unit_force(s: Any, e: Any, d: Any) -> Any:
+    """rho/2 L^2 u^2 (N), u through the water."""
+    u = s.u - e.u_c
+    return 0.5 * d.rho * d.length * d.length * u * u
+
+
 class Asymmetry(Effect):
     """Lift and moment at zero incidence, of a sail or fins."""
 
@@ -258,16 +264,15 @@ class Asymmetry(Effect):
 
     @staticmethod
     def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
-        u = s.u - e.u_c
-        area = 0.5 * d.rho * d.length * d.length * u * u
-        return e._replace(Z=e.Z + area * q.force, M=e.M + area * d.length * q.moment)
+        unit = _unit_force(s, e, d)
+        return e._replace(Z=e.Z + unit * q.force, M=e.M + unit * d.length * q.moment)
 
 
 class LateralAsymmetry(Effect):
     """Side force and moment at no drift: a list, a bent skeg, weed on one side, a load to one side of a planing craft.
 
-    Abkowitz writes them Y* and N* (Y_0 and N_0 of `abkowitz`). Two effects that push to one side, such as an offset of
-    the rudder and thrust that points aside, have between them the form of any such cause.
+    They are Y_0 and N_0 of `abkowitz`. Two effects that push to one side, such as an offset of the rudder and thrust
+    that points aside, have between them the form of any such cause.
     """
 
     name = "lateral_asymmetry"
@@ -295,9 +300,8 @@ class LateralAsymmetry(Effect):
 
     @staticmethod
     def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
-        u = s.u - e.u_c
-        area = 0.5 * d.rho * d.length * d.length * u * u
-        return e._replace(Y=e.Y + area * q.force, N=e.N + area * d.length * q.moment)
+        unit = _unit_force(s, e, d)
+        return e._replace(Y=e.Y + unit * q.force, N=e.N + unit * d.length * q.moment)
 
 
 class Tether(Effect):

@@ -77,12 +77,11 @@ def targets(effect: ActsOnInputs, model: Model) -> tuple[Target, ...]:
             found.append(Target(actuator.name, actuator.input, radian, neutral=rest))
     if not named:
         steer = effect.actuator != "thruster"
-        declared = {actuator.input for actuator in model.actuators}  # delta_s may be the starboard rudder
         names = steering_inputs(model, effect.actuator) if steer else drive_inputs(model) if effect.any_drive else ()
-        names = tuple(name for name in names if not steer or name not in declared)
+        declared = {actuator.input for actuator in model.actuators if steer}  # delta_s may be the starboard rudder
         usual = {*STANDARD_CHANNELS, *USUAL["rudder"], *USUAL["plane"]}
         commands = unnamed_steering(model) if steer else {}
-        for name in names:
+        for name in [one for one in names if one not in declared]:
             rest, full = commands.get(name, (resting.get(name, 0.0), 1.0))
             inferred = model.standard_of(name)[0] not in usual
             found.append(Target(name, name, full, inferred=inferred, neutral=rest))
