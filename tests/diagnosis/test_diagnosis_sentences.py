@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from seatruth.diagnosis.parts import Fold, Shares, Validation
-from seatruth.diagnosis.sentences import cause_in_words, chance, size_in_words, verdict_sentence
-from seatruth.diagnosis.verdict import EffectParameter, Kind, NamedCause, least_probable
+from seatruth.diagnosis.sentences import cause_in_words, chance, verdict_sentence
+from seatruth.diagnosis.verdict import Kind, NamedCause, least_probable
 
 LARGE = Shares(0.1, 0.2, 0.65, 0.05, 10.0, 8.0, 1.1)
 AT_NOISE = Shares(0.9, 0.08, 0.0, 0.02, 1.3, 1.05, 1.05)
@@ -182,16 +182,6 @@ def test_no_probability_is_one_or_nothing() -> None:
     assert (chance(1.0), chance(0.0), chance(0.9994), chance(0.5)) == ("over 99.9 %", "under 0.05 %", "99.9 %", "50 %")
 
 
-def test_sizes_are_in_degrees_and_currents_have_a_direction() -> None:
-    angle = EffectParameter("angle", "rad", math.radians(1.2), math.radians(0.3), 0.0, 0.0, 0.0, 0.1)
-    gain = EffectParameter("gain", "1", 0.9, 0.02, 0.0, 0.0, 1.0, 0.1)
-    assert size_in_words((angle, gain)) == "angle 1.20 +- 0.30 deg, gain 0.900 +- 0.020"
-    north = EffectParameter("north", "m/s", 0.0, 0.1, 0.0, 0.0, 0.0, 0.1)
-    east = replace(north, name="east", value=0.3)
-    assert size_in_words((north, east)) == "0.30 +- 0.10 m/s towards 90 +- 19 deg"
-    assert size_in_words(()) == ""
-
-
 def test_what_trials_on_one_course_cannot_tell_is_said_to_be_what_it_looks_like() -> None:
     text = said("unknown", along=["wind", "a uniform current"])
     assert "It looks like wind and a uniform current, which trials on one course cannot tell from" in text
@@ -230,18 +220,13 @@ def test_what_terms_in_the_equations_outdo_is_said_to_be_what_it_looks_like() ->
     )
 
 
-def test_values_of_each_trial_are_given_as_their_range() -> None:
-    def of(name: str, value: float, unit: str = "m/s") -> EffectParameter:
-        return EffectParameter(name, unit, value, 0.1, 0.0, 0.0, 0.0, 0.1)
+def test_what_another_drift_in_turns_shows_is_said_to_be_what_it_looks_like() -> None:
+    text = said("unknown", drift=["delay of position"])
+    assert "It looks like delay of position; a vehicle that drifts a little otherwise in turns shows the same." in text
+    assert "drifts" not in said("unknown")
+    assert "The rest looks like delay of position; a vehicle" in said("effects", CURRENT, drift=["delay of position"])
 
-    found = size_in_words([of("north_out", 0.3), of("east_out", -0.03), of("north_back", 0.4), of("east_back", 0.04)])
-    assert found == "0.3 to 0.4 m/s towards 354 to 6 deg"
-    sides = [(0.1, 0.0), (0.0, 0.2), (-0.1, -0.1)]
-    around = [of(f"{way}_{k}", value) for k, pair in enumerate(sides) for way, value in zip(("north", "east"), pair)]
-    assert size_in_words(around) == "0.1 to 0.2 m/s, in each trial in another direction"
-    both = replace(FORCE, effects=("trial_current", "current"), in_words=found)
+
+def test_the_same_cause_in_all_trials_or_in_each_is_one_that_may_differ() -> None:
+    both = replace(FORCE, effects=("trial_current", "current"), in_words="0.3 to 0.4 m/s towards 354 to 6 deg")
     assert "towards 354 to 6 deg, which may differ" in cause_in_words(both)
-    assert (
-        size_in_words([of("lever", 0.2, "m"), of("north_a", 0.0), of("east_a", 2.0)])
-        == "2 to 2 m/s towards 90 to 90 deg"
-    )

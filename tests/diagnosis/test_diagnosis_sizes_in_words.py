@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
-from seatruth.diagnosis.sizes_in_words import effect_in_words
+from seatruth.diagnosis.sizes_in_words import effect_in_words, size_in_words
 from seatruth.diagnosis.verdict import EffectParameter
 from seatruth.effects import available, dimensions_of
 from seatruth.models import Channel, Model, Order, Rudder, load_model, with_servos
@@ -94,3 +95,28 @@ def test_one_size_of_each_trial_is_told_as_a_range() -> None:
     current = available()["trial_current_along"].of_trials(("down", "up"))
     own = [EffectParameter(q.name, "m/s", v, 0.002, v, v, 0.0, 0.3) for q, v in zip(current.parameters, (-0.18, 0.2))]
     assert effect_in_words(current, load_model("diving_plane"), own) == "along -0.18 to 0.2 m/s"
+
+
+def test_sizes_are_in_degrees_and_currents_have_a_direction() -> None:
+    angle = EffectParameter("angle", "rad", math.radians(1.2), math.radians(0.3), 0.0, 0.0, 0.0, 0.1)
+    gain = EffectParameter("gain", "1", 0.9, 0.02, 0.0, 0.0, 1.0, 0.1)
+    assert size_in_words((angle, gain)) == "angle 1.20 +- 0.30 deg, gain 0.900 +- 0.020"
+    north = EffectParameter("north", "m/s", 0.0, 0.1, 0.0, 0.0, 0.0, 0.1)
+    east = replace(north, name="east", value=0.3)
+    assert size_in_words((north, east)) == "0.30 +- 0.10 m/s towards 90 +- 19 deg"
+    assert size_in_words(()) == ""
+
+
+def test_values_of_each_trial_are_given_as_their_range() -> None:
+    def of(name: str, value: float, unit: str = "m/s") -> EffectParameter:
+        return EffectParameter(name, unit, value, 0.1, 0.0, 0.0, 0.0, 0.1)
+
+    found = size_in_words([of("north_out", 0.3), of("east_out", -0.03), of("north_back", 0.4), of("east_back", 0.04)])
+    assert found == "0.3 to 0.4 m/s towards 354 to 6 deg"
+    sides = [(0.1, 0.0), (0.0, 0.2), (-0.1, -0.1)]
+    around = [of(f"{way}_{k}", value) for k, pair in enumerate(sides) for way, value in zip(("north", "east"), pair)]
+    assert size_in_words(around) == "0.1 to 0.2 m/s, in each trial in another direction"
+    assert (
+        size_in_words([of("lever", 0.2, "m"), of("north_a", 0.0), of("east_a", 2.0)])
+        == "2 to 2 m/s towards 90 to 90 deg"
+    )

@@ -17,6 +17,7 @@ from seatruth.diagnosis.clusters import Cluster
 from seatruth.diagnosis.cross_validation import lower_bound, predictive_gains, surely_positive, validate
 from seatruth.diagnosis.decision import Decision, decide
 from seatruth.diagnosis.discrepancy.report import describe
+from seatruth.diagnosis.drift_in_turns import look_like_drift, without_drift
 from seatruth.diagnosis.earth_directions import common_direction
 from seatruth.diagnosis.experiment_design.select import next_trial, with_motion
 from seatruth.diagnosis.fit import not_converged, without_discrepancy
@@ -35,7 +36,7 @@ from seatruth.diagnosis.sections import recorded
 from seatruth.diagnosis.sensor_errors import errors_of_sensor
 from seatruth.diagnosis.sentences import verdict_sentence
 from seatruth.diagnosis.shared_directions import is_shared
-from seatruth.diagnosis.size_errors import is_sure, size_errors
+from seatruth.diagnosis.size_errors import is_sure, size_errors, sizes_of
 from seatruth.diagnosis.sizes import is_no_noise
 from seatruth.diagnosis.sizes_in_words import effect_in_words, furthest, prior_deviations
 from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis, NamedCause, Verdict, least_probable
@@ -101,7 +102,7 @@ class Assembly:
         effects, said = self.problem.effects, self.decision
         waves = [name for name in said.small if follows_each_trial(effects[name])]
         shapes = said.refused if self._noise_is_motion else ()
-        return with_other_forms(self._weighed, effects, [*said.outdone, *shapes, *waves])
+        return with_other_forms(self._weighed, effects, [*said.outdone, *said.drift, *shapes, *waves])
 
     @cached_property
     def inclusion(self) -> dict[str, float]:
@@ -174,10 +175,11 @@ class Assembly:
         fit = self.search.beside(left.shown, self._beside)
         sure = [name for name in left.shown if fit is None or is_sure(self.problem, fit, name)]
         left = without_disputed(left, found, effects, sure, self._validated)
+        left = without_drift(left, found, look_like_drift(self.problem, fit, left.shown), self._validated)
         if not self._noise_is_motion or not left.shown:
             return left
         each = {} if fit is None else {name: self.gains(name, fit.effects) for name in left.shown}
-        agreed = [name for name, gains in each.items() if len(gains) and bool((gains > 0.0).all())]
+        agreed = [name for name, gains in each.items() if len(gains) and (gains > 0.0).all()]
         return without_taken_for_noise(left, found, agreed, self._validated)
 
     @cached_property
@@ -271,17 +273,16 @@ class Assembly:
         causes = tuple(self._named(cluster) for cluster in said.clusters)
         probability = least_probable(causes, said.probability)
 
-        def titles(names: Iterable[str]) -> list[str]:
+        def named(names: Iterable[str]) -> list[str]:
             return [problem.effects[name].title for name in names]
 
         sentence = verdict_sentence(
             said.kind, causes, probability, said.discrepancy, split, validation,
-            one_trial=len(problem.trials) == 1,
-            form=titles(name for name in said.form if not is_only_form(name, problem.effects)),
-            curve=titles(name for name in said.form if is_only_form(name, problem.effects)),
-            part=titles(said.part), refused=titles(said.refused), along=titles(said.along),
-            untried=titles(said.untried), small=titles(said.small), outdone=titles(said.outdone),
-            vague=titles(said.vague), acts=said.acts, stopped=self.search.interrupted,
+            one_trial=len(problem.trials) == 1, acts=said.acts, stopped=self.search.interrupted,
+            form=named(name for name in said.form if not is_only_form(name, problem.effects)),
+            curve=named(name for name in said.form if is_only_form(name, problem.effects)),
+            part=named(said.part), refused=named(said.refused), along=named(said.along), drift=named(said.drift),
+            untried=named(said.untried), small=named(said.small), outdone=named(said.outdone), vague=named(said.vague),
         )  # fmt: skip
         acting = list(dict.fromkeys(p for cluster in said.clusters for p in places[cluster.effects[0]]))
         return Diagnosis(
@@ -319,18 +320,8 @@ class Assembly:
         return tuple(place for place in places if ":" in place or place in words) or tuple(places)
 
     def _parameters(self, name: str) -> tuple[EffectParameter, ...]:
-        fit, problem = self.information.fit_of(name, self.decision.shown, self._beside), self.problem
-        if fit is None:
-            return ()
-        effect, error, columns = problem.effects[name], size_errors(self.problem, fit), problem.columns[name]
-        return tuple(
-            EffectParameter(
-                q.name, q.unit, float(fit.point.shared[k]), float(error[k]),
-                float(fit.point.shared[k] - 1.96 * error[k]), float(fit.point.shared[k] + 1.96 * error[k]),
-                float(effect.null[q.name]), float(problem.sd[k]),
-            )
-            for q, k in zip(effect.parameters, columns)
-        )  # fmt: skip
+        fit = self.information.fit_of(name, self.decision.shown, self._beside)
+        return () if fit is None else sizes_of(self.problem, fit, name)
 
     def _effects(self, places: Mapping[str, tuple[str, ...]]) -> tuple[EffectResult, ...]:
         ranked = sorted(self.problem.effects, key=lambda name: (-self.inclusion[name], name))

@@ -77,6 +77,8 @@ class Decision:
     """Terms of the model's forces that are probable, and not named since others are missing beside them."""
     refused: Key = ()
     """Effects that are probable, and not named since they do not surely predict trials left out."""
+    drift: Key = ()
+    """Errors of positions that explain the trials, and that a model with another drift in turns shows as well."""
     acts: bool = False
     """Where these trials cannot decide what acts: whether it is sure that something does."""
     vague: Key = ()

@@ -22,11 +22,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from seatruth.diagnosis.earth_directions import towards
 from seatruth.diagnosis.parts import Shares, Validation
 from seatruth.diagnosis.settings import Settings
-from seatruth.diagnosis.verdict import EffectParameter, Kind, NamedCause
-from seatruth.text import listed, with_error
+from seatruth.diagnosis.verdict import Kind, NamedCause
+from seatruth.text import listed
 
 AT_NOISE = 1.2
 """Root mean square error over noise up to which a model is said to meet its noise. Chosen here [S]: what is left is
@@ -54,6 +53,7 @@ def verdict_sentence(
     small: Sequence[str] = (),
     outdone: Sequence[str] = (),
     untried: Sequence[str] = (),
+    drift: Sequence[str] = (),
     vague: Sequence[str] = (),
     acts: bool = False,
     stopped: bool = False,
@@ -78,6 +78,7 @@ def verdict_sentence(
         outdone: titles of effects that explain the trials, but predict those left out worse than terms in the
             equations do.
         untried: titles of effects that may as well be something that cannot be tried on the model.
+        drift: titles of errors of positions that a model with another drift in turns shows as well.
         vague: titles of effects of different kinds that look alike, too many to be one cause.
         acts: whether it is sure that something acts, where these trials cannot decide what.
         stopped: whether the search ended before all effects were compared.
@@ -97,9 +98,9 @@ def verdict_sentence(
     if kind == "unknown":
         said = _unknown(causes, probability, shares)
         form_or_course = _of_another_form(form, curve), _part_of_it(part), _on_one_course(along), _of_kinds(vague)
-        withdrawn = _unpredictive(refused), _outdone(outdone, beside=False), _untried(untried, beside=False)
-        return _joined(first, said, *form_or_course, *withdrawn, beside)
-    rest = _outdone(outdone, beside=True), _untried(untried, beside=True)
+        withdrawn = _outdone(outdone, beside=False), _untried(untried, beside=False), _drifting(drift, beside=False)
+        return _joined(first, said, *form_or_course, _unpredictive(refused), *withdrawn, beside)
+    rest = _outdone(outdone, beside=True), _untried(untried, beside=True), _drifting(drift, beside=True)
     return _joined(first, _named(causes, probability, discrepancy, shares, validation, one_trial), *rest, beside)
 
 
@@ -132,62 +133,6 @@ def cause_in_words(cause: NamedCause) -> str:
     if len(members) == 1:
         return f"{titled}, which may differ from trial to trial"
     return f"{titled}: {', '.join(members[:-1])} or {members[-1]}, which these trials cannot tell apart"
-
-
-def size_in_words(parameters: Sequence[EffectParameter]) -> str:
-    """Size of an effect, angles in degrees: "angle 0.12 +- 0.02 deg"; empty where it was not fitted.
-
-    Components north and east are given as size and direction; of an effect with values for each trial, as their range.
-    """
-    across = _across_trials(parameters) or _of_waves(parameters)
-    if across:
-        return across
-    direction = towards({q.name: (q.value, q.stderr) for q in parameters}, parameters[0].unit if parameters else "")
-    if direction:
-        return direction
-    parts = []
-    for q in parameters:
-        degrees = q.unit in ("rad", "rad/s")
-        factor = math.degrees(1.0) if degrees else 1.0
-        unit = q.unit.replace("rad", "deg") if degrees else q.unit
-        text = f"{q.name.replace('_', ' ')} {with_error(q.value * factor, q.stderr * factor)}"
-        parts.append(text if unit in ("", "1") else f"{text} {unit}")
-    return ", ".join(parts)
-
-
-def _across_trials(parameters: Sequence[EffectParameter]) -> str:
-    """Components of each trial as a range: "0.35 to 0.44 m/s towards 47 to 68 deg"; empty where it has none.
-
-    Directions over more than half of the compass have no range that says anything.
-    """
-    east = {q.name.removeprefix("east_"): q.value for q in parameters if q.name.startswith("east_")}
-    pairs = [(q.value, east[q.name.removeprefix("north_")]) for q in parameters if q.name.startswith("north_")]
-    if not pairs:
-        return ""
-    sizes, unit = [math.hypot(*pair) for pair in pairs], next(q.unit for q in parameters if q.name.startswith("north_"))
-    middle = math.degrees(math.atan2(sum(e for _, e in pairs), sum(n for n, _ in pairs)))
-    off = [(math.degrees(math.atan2(e, n)) - middle + 180.0) % 360.0 - 180.0 for n, e in pairs]
-    if max(off) - min(off) > 180.0:
-        return f"{min(sizes):.2g} to {max(sizes):.2g} {unit}, in each trial in another direction"
-    ends = [f"{(middle + one) % 360.0:.0f}" for one in (min(off), max(off))]
-    return f"{min(sizes):.2g} to {max(sizes):.2g} {unit} towards {ends[0]} to {ends[1]} deg"
-
-
-def _of_waves(parameters: Sequence[EffectParameter]) -> str:
-    """Amplitudes of waves as a range, their period and direction; empty for anything else.
-
-    "0.02 to 0.06 m/s^2 in waves of 11.60 +- 0.05 s towards 180 +- 1 deg".
-    """
-    known = {q.name: q for q in parameters}
-    if not {"ln_frequency", "towards"} <= set(known):
-        return ""
-    pairs = [(q, known[q.name.replace("cosine", "sine", 1)]) for q in parameters if q.name.startswith("cosine_")]
-    sizes = [math.hypot(cosine.value, sine.value) for cosine, sine in pairs]
-    period, way = 2.0 * math.pi / math.exp(known["ln_frequency"].value), known["towards"]
-    length = with_error(period, period * known["ln_frequency"].stderr)
-    angle = with_error(math.degrees(way.value) % 360.0, math.degrees(way.stderr))
-    size = f"{min(sizes):.2g}" if len(sizes) == 1 else f"{min(sizes):.2g} to {max(sizes):.2g}"
-    return f"{size} {pairs[0][0].unit} in waves of {length} s towards {angle} deg"
 
 
 _CHANCE = 0.025
@@ -326,6 +271,14 @@ def _untried(titles: Sequence[str], *, beside: bool) -> str:
         f"{'The rest' if beside else 'It'} looks like {listed(titles)}, or like a force that cannot be tried on this "
         "model."
     )
+
+
+def _drifting(titles: Sequence[str], *, beside: bool) -> str:
+    """What explains the trials, where a vehicle that drifts otherwise in turns than its model does so as well."""
+    if not titles:
+        return ""
+    rest = "The rest" if beside else "It"
+    return f"{rest} looks like {listed(titles)}; a vehicle that drifts a little otherwise in turns shows the same."
 
 
 def _unknown(causes: Sequence[NamedCause], probability: float, shares: Shares) -> str:

@@ -19,6 +19,7 @@ from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.sections import left_out_together
 from seatruth.diagnosis.tempering import tempered_deviation
+from seatruth.diagnosis.verdict import EffectParameter
 
 _ROUNDING = 1e-9
 """Rise of the posterior variance, as a part of it, below which a trial says nothing of an unknown."""
@@ -31,6 +32,18 @@ def size_errors(problem: Problem, fit: Fit) -> Array:
     """
     temperature = np.fmax(problem.settings.size_temperature, disagreement(problem, fit) ** 2)
     return tempered_deviation(fit.stderr(problem), problem.sd, temperature)
+
+
+def sizes_of(problem: Problem, fit: Fit, name: str) -> tuple[EffectParameter, ...]:
+    """The parameters of an effect as a fit has them, with these errors."""
+    effect, error, at = problem.effects[name], size_errors(problem, fit), fit.point.shared
+    return tuple(
+        EffectParameter(
+            q.name, q.unit, float(at[k]), float(error[k]), float(at[k] - 1.96 * error[k]),
+            float(at[k] + 1.96 * error[k]), float(effect.null[q.name]), float(problem.sd[k]),
+        )
+        for q, k in zip(effect.parameters, problem.columns[name])
+    )  # fmt: skip
 
 
 def is_sure(problem: Problem, fit: Fit, name: str) -> bool:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from seatruth.diagnosis.sentences import size_in_words
+from seatruth.diagnosis.earth_directions import towards
 from seatruth.diagnosis.verdict import EffectParameter
 from seatruth.effects import Effect, dimensions_of
 from seatruth.effects.causes import is_within
@@ -21,6 +21,62 @@ _WEIGHT = "loading.weight"
 """Node of the tree of causes whose effects' magnitudes are shares of the vehicle's mass."""
 _KILOGRAMS = {"1": (1.0, "kg"), "1/m": (1.0, "kg/m"), "1/s": (3600.0, "kg/h")}
 """What such a share is multiplied by, beside the mass, and the unit that it then has."""
+
+
+def size_in_words(parameters: Sequence[EffectParameter]) -> str:
+    """Size of an effect, angles in degrees: "angle 0.12 +- 0.02 deg"; empty where it was not fitted.
+
+    Components north and east are given as size and direction; of an effect with values for each trial, as their range.
+    """
+    across = _across_trials(parameters) or _of_waves(parameters)
+    if across:
+        return across
+    direction = towards({q.name: (q.value, q.stderr) for q in parameters}, parameters[0].unit if parameters else "")
+    if direction:
+        return direction
+    parts = []
+    for q in parameters:
+        degrees = q.unit in ("rad", "rad/s")
+        factor = math.degrees(1.0) if degrees else 1.0
+        unit = q.unit.replace("rad", "deg") if degrees else q.unit
+        text = f"{q.name.replace('_', ' ')} {with_error(q.value * factor, q.stderr * factor)}"
+        parts.append(text if unit in ("", "1") else f"{text} {unit}")
+    return ", ".join(parts)
+
+
+def _across_trials(parameters: Sequence[EffectParameter]) -> str:
+    """Components of each trial as a range: "0.35 to 0.44 m/s towards 47 to 68 deg"; empty where it has none.
+
+    Directions over more than half of the compass have no range that says anything.
+    """
+    east = {q.name.removeprefix("east_"): q.value for q in parameters if q.name.startswith("east_")}
+    pairs = [(q.value, east[q.name.removeprefix("north_")]) for q in parameters if q.name.startswith("north_")]
+    if not pairs:
+        return ""
+    sizes, unit = [math.hypot(*pair) for pair in pairs], next(q.unit for q in parameters if q.name.startswith("north_"))
+    middle = math.degrees(math.atan2(sum(e for _, e in pairs), sum(n for n, _ in pairs)))
+    off = [(math.degrees(math.atan2(e, n)) - middle + 180.0) % 360.0 - 180.0 for n, e in pairs]
+    if max(off) - min(off) > 180.0:
+        return f"{min(sizes):.2g} to {max(sizes):.2g} {unit}, in each trial in another direction"
+    ends = [f"{(middle + one) % 360.0:.0f}" for one in (min(off), max(off))]
+    return f"{min(sizes):.2g} to {max(sizes):.2g} {unit} towards {ends[0]} to {ends[1]} deg"
+
+
+def _of_waves(parameters: Sequence[EffectParameter]) -> str:
+    """Amplitudes of waves as a range, their period and direction; empty for anything else.
+
+    "0.02 to 0.06 m/s^2 in waves of 11.60 +- 0.05 s towards 180 +- 1 deg".
+    """
+    known = {q.name: q for q in parameters}
+    if not {"ln_frequency", "towards"} <= set(known):
+        return ""
+    pairs = [(q, known[q.name.replace("cosine", "sine", 1)]) for q in parameters if q.name.startswith("cosine_")]
+    sizes = [math.hypot(cosine.value, sine.value) for cosine, sine in pairs]
+    period, way = 2.0 * math.pi / math.exp(known["ln_frequency"].value), known["towards"]
+    length = with_error(period, period * known["ln_frequency"].stderr)
+    angle = with_error(math.degrees(way.value) % 360.0, math.degrees(way.stderr))
+    size = f"{min(sizes):.2g}" if len(sizes) == 1 else f"{min(sizes):.2g} to {max(sizes):.2g}"
+    return f"{size} {pairs[0][0].unit} in waves of {length} s towards {angle} deg"
 
 
 def effect_in_words(effect: Effect, model: Model, parameters: Sequence[EffectParameter]) -> str:

@@ -1,0 +1,79 @@
+"""Errors of a position that a model with another drift in turns shows as well."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+from boat_case import Boat, study, trials, zigzag
+from decided_by_hand import decided, hypotheses
+
+from seatruth.diagnosis.drift_in_turns import look_like_drift, without_drift
+from seatruth.diagnosis.initial_guess import moved_to
+from seatruth.diagnosis.parts import Fold, Validation
+from seatruth.diagnosis.problem import Problem
+from seatruth.diagnosis.settings import Settings
+from seatruth.effects import load_effects
+
+EFFECTS = ("position_lever_arm", "position_delay", "heading_bias", "current")
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    """Of a boat that slides outward by 2 m/s for each rad/s of its turn."""
+    runs = trials(Boat(), [{"delta": zigzag(120, 0.2, 20.0)}, {"delta": zigzag(120, 0.1, 40.0)}], headings=(0.0, 1.0))
+    return Problem(study(Boat(), runs), load_effects(EFFECTS), Settings())
+
+
+def like(problem: Problem, name: str, values: Mapping[str, float]) -> list[str]:
+    at = moved_to(problem, problem.start, name, problem.mean[problem.columns[name]] * 0.0 + [*values.values()])
+    return look_like_drift(problem, cast(Any, SimpleNamespace(point=at)), EFFECTS)
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "found"),
+    [
+        ("position_lever_arm", {"forward": 0.15, "starboard": 0.0}, True),  # 0.15 of 2 m
+        ("position_lever_arm", {"forward": -0.15, "starboard": 0.02}, True),
+        ("position_lever_arm", {"forward": 0.5, "starboard": 0.0}, False),  # more than a model is wrong by
+        ("position_lever_arm", {"forward": 0.05, "starboard": 0.15}, False),  # abeam: no drift shows that
+        ("position_delay", {"tau": 0.07}, True),  # 0.14 m astern at 2 m/s
+        ("position_delay", {"tau": 0.5}, False),
+        ("heading_bias", {"b": 0.05}, False),
+    ],
+)
+def test_small_places_ahead_and_delays_look_like_drift(
+    problem: Problem, name: str, values: dict[str, float], found: bool
+) -> None:
+    assert [q.name for q in problem.effects[name].parameters] == [*values]
+    assert like(problem, name, values) == ([name] if found else [])
+
+
+def test_what_is_no_error_of_a_sensor_does_not(problem: Problem) -> None:
+    assert like(problem, "current", {"north": 0.01, "east": 0.0}) == []
+    assert look_like_drift(problem, None, EFFECTS) == []
+
+
+def test_it_is_not_named_where_the_model_lacks_something_and_the_gap_does_not_surely_shrink() -> None:
+    entries = (("position_delay",), 0.95, True), ((), 0.05)
+    said, found = decided(*entries), hypotheses(*entries)
+    fold = Fold("turn", ("position_delay",), 3.0, 2.5, 1.3, 1.3, 1.0, 0.1, 5.0)
+
+    def left(lower: float, like: tuple[str, ...] = ("position_delay",)) -> Any:
+        return without_drift(said, found, like, lambda key: Validation((fold,), 0.1, lower, 0.3, 0.0))
+
+    assert (left(-0.1).kind, left(-0.1).clusters, left(-0.1).drift) == ("unknown", (), ("position_delay",))
+    assert left(0.05) == said
+    assert left(-0.1, ()) == said
+    alone = decided((("position_delay",), 0.95), ((), 0.05))
+    assert without_drift(alone, found, ("position_delay",), lambda key: None) == alone
+
+
+def test_what_stands_beside_it_stays() -> None:
+    entries = (("heading_bias", "position_delay"), 0.97, True), ((), 0.03)
+    said = decided(*entries)
+    left = without_drift(said, hypotheses(*entries), ("position_delay",), lambda key: None)
+    assert ([one.effects for one in left.clusters], left.shown) == ([("heading_bias",)], ("heading_bias",))
+    assert left.drift == ("position_delay",)
