@@ -126,7 +126,8 @@ class Assembly:
         said = without_opposed(said, self._weighed)
         said = self._fitted(without_tiny(said, self._weighed, self._gap_of(said.shown), gap=self._leaves_a_gap), said)
         if not self._leaves_a_gap:  # nothing is small beside a gap that is noise
-            return self._fitted(without_unseen(said, self._weighed, self.problem.effects), said)
+            said = self._fitted(without_unseen(said, self._weighed, self.problem.effects), said)
+            return self._fitted(self._but_drift(said), said)
         gap = self._gap_of(said.shown)
         said = self._fitted(without_small(said, self._weighed, self.problem.effects, gap, self.settings), said)
         while said.clusters:
@@ -175,12 +176,17 @@ class Assembly:
         fit = self.search.beside(left.shown, self._beside)
         sure = [name for name in left.shown if fit is None or is_sure(self.problem, fit, name)]
         left = without_disputed(left, found, effects, sure, self._validated)
-        left = without_drift(left, found, look_like_drift(self.problem, fit, left.shown), self._validated)
+        left = self._but_drift(left)
         if not self._noise_is_motion or not left.shown:
             return left
         each = {} if fit is None else {name: self.gains(name, fit.effects) for name in left.shown}
         agreed = [name for name, gains in each.items() if len(gains) and (gains > 0.0).all()]
         return without_taken_for_noise(left, found, agreed, self._validated)
+
+    def _but_drift(self, said: Decision) -> Decision:
+        """The decision less what a vehicle that drifts otherwise in turns than its model shows as well."""
+        drifting = look_like_drift(self.problem, self.search.beside(said.shown, self._beside), said.shown)
+        return without_drift(said, self._weighed, drifting, self._validated)
 
     @cached_property
     def _noise_is_motion(self) -> bool:

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from seatruth.arrays import Array
+from seatruth.arrays import Array, Indices
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search
 from seatruth.diagnosis.hypothesis_fits import PARTS
 from seatruth.diagnosis.initial_guess import moved_to, started, starting
 from seatruth.diagnosis.marginal_likelihood import Likelihood
-from seatruth.diagnosis.problem import Linearization, Problem
+from seatruth.diagnosis.problem import Linearization, Point, Problem
 from seatruth.diagnosis.sensor_channels import sensor_channels
 from seatruth.diagnosis.size_search import with_shape
 from seatruth.diagnosis.sizes import Sizes, log_prior, proposed_shapes
@@ -27,6 +28,13 @@ _MAGNITUDES = (1.0, 2.5)
 _WHOLE = 0.25
 """Part of the way to its whole from which an effect that acts wholly or not at all is fitted. [S] Half of what its fit
 must reach: what is linearized falls short."""
+
+
+_MORE = 0.5
+"""nats by which an effect must promise more from its start than at its null to be linearized there in full. [S] Half of
+what makes a larger set worth fitting."""
+_STEP = 1e-4
+"""Step of a difference, over the deviation of a prior: differences of doubles keep eight digits by it."""
 
 
 def screen(found: Search, at: Fit) -> list[str]:
@@ -58,12 +66,17 @@ def screen(found: Search, at: Fit) -> list[str]:
     whole = {other for other in others if _may_be_whole(found, at, likelihood, [bare, at.sizes], other)}
     del here, likelihood  # as large as what is linearized next
     alone = _alone(found, at, others)
+    begun = {
+        other: found.starts[other] if other in found.starts else _ordered_starts(found, at, other) for other in others
+    }
+    promised = _promised(found, at, {other: chosen[0] for other, chosen in begun.items() if len(chosen)}, bare)
     scores: dict[str, tuple[float, float, list[list[float]]]] = {}
-    for other in others:
+    for other, chosen in begun.items():
         key, loose, plain = (*at.effects, other), loose_scores[other], plain_scores[other]
-        chosen = found.starts[other] if other in found.starts else _ordered_starts(found, at, other)
         if len(chosen):
-            from_there = _score_from(found, at, key, other, chosen[0], bare)
+            from_there = promised.get(other)
+            if from_there is None or max(from_there) > max(plain, loose) + _MORE:
+                from_there = _score_from(found, at, key, other, chosen[0], bare)
             # Where it has no slope at its null, what is linearized there says nothing of it.
             if problem.effects[other].starts or max(from_there) > max(plain, loose):
                 found.starts[other] = chosen
@@ -261,6 +274,61 @@ def _ordered_starts(found: Search, at: Fit, name: str) -> Array:
             options.append((likelihood.log_likelihood(at.sizes, at.effects), values))
     ordered = sorted(options, key=lambda option: -option[0])
     return np.array([values for _, values in ordered]) if ordered else none
+
+
+def _promised(found: Search, at: Fit, starts: Mapping[str, Array], bare: Sizes) -> dict[str, tuple[float, float]]:
+    """What a fit with each effect promises from its start, without and with discrepancy: a few simulations of each.
+
+    The more of two linearizations that take everything else from the fit: on the way from nothing to the start, by what
+    the errors change, and about the start, by differences in the effect's own parameters. Empty for a black box, each
+    of whose runs counts.
+    """
+    problem = found.problem
+    if problem.few_runs is not None or not starts:
+        return {}
+    near, begin = at.linearized(problem), starting(problem, at)
+    towards, knots = near.shared.copy(order="F"), near.local[:, len(problem.initial_names) :]
+
+    def scores(likelihood: Likelihood, name: str) -> tuple[float, float]:
+        prior, key = partial(log_prior, problem.settings, known=found.known), (*at.effects, name)
+        with_forces = likelihood.evidence(at.sizes, key) + prior(at.sizes) - at.price if at.discrepancy else -math.inf
+        return likelihood.evidence(bare, key) + prior(bare), with_forces
+
+    promised = dict.fromkeys(starts, (-math.inf, -math.inf))
+    reached = []
+    for name, values in starts.items():
+        there, columns = begin(name, values), problem.columns[name]
+        errors, away = problem.errors(there), there.shared[columns] - at.point.shared[columns]
+        if not np.isfinite(errors).all() or not away.any():
+            continue
+        about = near.shared.copy(order="F")
+        about[:, columns] = _slopes(problem, there, columns, errors)
+        own = Linearization(there, (*at.effects, name), at.discrepancy, errors, about, near.local)
+        promised[name] = scores(Likelihood(problem, own), name)
+        change = errors - near.errors
+        if at.discrepancy:  # less what the forces that give way to it change
+            moved = (there.forces - at.point.forces).reshape(len(problem.trials), -1)
+            change -= np.einsum("nk,nk->n", knots, moved[problem.trial_of])
+        furthest = int(np.argmax(np.abs(away) / problem.sd[columns]))
+        towards[:, columns[furthest]] = change / away[furthest]
+        reached.append(name)
+    likelihood = Likelihood(problem, replace(near, effects=(*at.effects, *reached), shared=towards))
+    for name in reached:
+        plain, loose = zip(promised[name], scores(likelihood, name))
+        promised[name] = max(plain), max(loose)
+    return promised
+
+
+def _slopes(problem: Problem, point: Point, columns: Indices, errors: Array) -> Array:
+    """Derivatives (N, n) of the errors at a point by these shared unknowns, by differences; zero where runs diverge."""
+    found = np.zeros((len(errors), len(columns)))
+    for n, k in enumerate(columns):
+        shared, step = point.shared.copy(), _STEP * problem.sd[k]
+        step = -step if shared[k] + step > problem.high[k] else step
+        shared[k] += step
+        found[:, n] = (problem.errors(Point(shared, point.initial, point.forces)) - errors) / step
+    found[:, ~np.isfinite(found).all(axis=0)] = 0.0
+    return found
 
 
 def _score_from(found: Search, at: Fit, key: Key, name: str, values: Array, bare: Sizes) -> tuple[float, float]:

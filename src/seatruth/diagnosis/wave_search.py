@@ -114,8 +114,8 @@ def _near_a_band(tracks: Sequence[_Track], grid: Array) -> Array:
     level = -2.0 * math.log(_CHANCE / (len(tracks) * len(grid)))
     met = np.zeros(len(grid), dtype=bool)
     for one in tracks:
-        angle = one.t[:, None] * grid
-        met |= _explained(one, np.stack([np.cos(angle), np.sin(angle)], axis=2)) > level
+        angle = grid[:, None] * one.t
+        met |= _explained(one, np.stack([np.cos(angle), np.sin(angle)], axis=1)) > level
     if not met.any():
         return grid[:0]
     return np.asarray(grid[(grid >= grid[met].min() / _MET) & (grid <= _MET * grid[met].max())])
@@ -139,21 +139,22 @@ def _peak(tracks: Sequence[_Track], grid: Array, towards: float) -> tuple[float,
     total = np.zeros(len(grid))
     for one in tracks:
         along = one.north * math.cos(towards) + one.east * math.sin(towards)
-        phase = one.t[:, None] * grid - along[:, None] * grid**2 / G
-        c, s = np.cos(towards - one.heading)[:, None], np.sin(towards - one.heading)[:, None]
-        waves = np.stack([c * np.cos(phase), c * np.sin(phase), s * np.cos(phase), s * np.sin(phase)], axis=2)
+        phase = grid[:, None] * one.t - (grid**2 / G)[:, None] * along
+        c, s = np.cos(towards - one.heading), np.sin(towards - one.heading)
+        cosine, sine = np.cos(phase), np.sin(phase)
+        waves = np.stack([c * cosine, c * sine, s * cosine, s * sine], axis=1)
         total += _explained(one, waves)
     best = int(np.argmax(total))
     return float(total[best]), float(grid[best])
 
 
 def _explained(one: _Track, waves: Array) -> Array:
-    """Fall of the whitened squares (F,) of a series by waves (n, F, k), each with amplitudes of its own."""
-    n, many, k = waves.shape
-    white, _ = whiten(waves.reshape(n, many * k), one.t, one.shape)
+    """Fall of the whitened squares (F,) of a series by waves (F, k, n), each with amplitudes of its own."""
+    many, k, n = waves.shape
+    columns, _ = whiten(waves.reshape(many * k, n).T, one.t, one.shape)
     left, _ = whiten(one.left, one.t, one.shape)
-    white = white.reshape(n, many, k) / one.white
-    seen = np.einsum("nfk,n->fk", white, left / one.white)
-    gram = np.einsum("nfk,nfl->fkl", white, white)
+    white = columns.T.reshape(many, k, n) / one.white
+    seen = white @ (left / one.white)
+    gram = white @ white.transpose(0, 2, 1)
     gram[:, np.arange(k), np.arange(k)] += _RIDGE * (1.0 + np.trace(gram, axis1=1, axis2=2))[:, None]
     return np.asarray(np.einsum("fk,fk->f", seen, np.linalg.solve(gram, seen[:, :, None])[:, :, 0]))
