@@ -15,6 +15,7 @@ from seatruth import Study, TrajectoryOptions, load_model, simulator
 from seatruth.diagnosis import screening
 from seatruth.diagnosis.fit import fit, fit_at
 from seatruth.diagnosis.hypotheses import Search
+from seatruth.diagnosis.initial_guess import moved_to
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.search import search
@@ -84,3 +85,36 @@ def test_slow_noise_of_a_sensor_does_not_hide_its_bias(ship_folder: Path) -> Non
     bare = Likelihood(problem, problem.linearize(nothing.point, ("gyro_bias",), discrepancy=False))
     assert bare.evidence(hidden, ("gyro_bias",)) < wanted.evidence - 10.0
     assert found["rudder_offset"] < found["gyro_bias"] - 10.0
+
+
+def test_an_effect_promises_from_its_start_what_it_is_worth_linearized_there() -> None:
+    """A few simulations tell which starts matter."""
+    model = boat.Boat()
+    names = ("rudder_dead_band", "rudder_backlash", "rudder_rate_limit")
+    truth = {"rudder_dead_band_band": 0.05}
+    angles = [{"delta": boat.zigzag(120, 0.2, every)} for every in (15.0, 25.0)]
+    runs = boat.trials(model, angles, headings=(0.0, 1.0), effects=truth, specs=names[:1])
+    problem = Problem(boat.study(model, runs), [available()[name] for name in names], Settings(), threads=1)
+    known = noise_prior(problem)
+    at = fit(problem, (), problem.start, first_sizes(problem, known), known, discrepancy=False)
+    found = Search(problem, known, fits={((), False): at})
+    starts = {name: screening._ordered_starts(found, at, name)[0] for name in names if problem.effects[name].starts}
+    assert "rudder_dead_band" in starts
+    promised = screening._promised(found, at, starts, at.sizes)
+    for name, values in starts.items():
+        full, _ = screening._score_from(found, at, (name,), name, values, at.sizes)
+        assert promised[name][0] - at.evidence > 0.5 * (full - at.evidence) - 1.0
+    assert max(promised, key=lambda name: promised[name][0]) == "rudder_dead_band"
+    assert promised["rudder_dead_band"][0] > at.evidence + 20.0
+
+
+def test_differences_are_derivatives() -> None:
+    model = boat.Boat()
+    runs = boat.trials(model, [{"delta": boat.zigzag(60, 0.2, 15.0)}], headings=(0.5,))
+    problem = Problem(boat.study(model, runs), [available()["current"], available()["position_delay"]], Settings())
+    point = moved_to(problem, problem.start, "position_delay", np.array([0.3]))
+    exact = problem.linearize(point, ("current", "position_delay"), discrepancy=False)
+    for name in ("current", "position_delay"):
+        columns = problem.columns[name]
+        found = screening._slopes(problem, point, columns, exact.errors)
+        assert found == pytest.approx(exact.shared[:, columns], rel=1e-3, abs=1e-5)
