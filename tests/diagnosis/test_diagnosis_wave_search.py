@@ -11,7 +11,7 @@ import pytest
 
 from seatruth.arrays import Array
 from seatruth.diagnosis import Diagnosis, diagnose
-from seatruth.diagnosis.wave_search import _best, _frequencies, _near_a_band, _Track
+from seatruth.diagnosis.wave_search import _bands, _best, _frequencies, _Track
 from seatruth.effects.kinematics import G
 from seatruth.effects.waves import WaveForces
 from seatruth.models.geometry import Dimensions
@@ -49,16 +49,17 @@ def _tracks(size: float) -> list[_Track]:
 
 def test_frequency_and_direction_of_a_wave_are_read_from_several_courses() -> None:
     tracks = _tracks(1.5)
-    near = _near_a_band(tracks, _frequencies(tracks))
-    assert near.size
-    frequency, towards = _best(tracks, near)
+    showing, near = _bands(tracks, _frequencies(tracks))
+    assert near.size and len(showing) > 1
+    frequency, towards = _best(tracks, showing, near)
     assert frequency == pytest.approx(FREQUENCY, rel=0.01)
     assert abs((towards - TOWARDS + math.pi) % (2.0 * math.pi) - math.pi) < 0.1
 
 
 def test_noise_shows_no_band() -> None:
     tracks = _tracks(0.0)
-    assert not _near_a_band(tracks, _frequencies(tracks)).size
+    showing, near = _bands(tracks, _frequencies(tracks))
+    assert not showing and not near.size
     assert not _frequencies([]).size
 
 

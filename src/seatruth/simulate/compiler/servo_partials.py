@@ -68,6 +68,11 @@ class ServoPartials:
 
         self._by_state, self._by_parameter = numbered(by_state), numbered(by_parameter)
 
+    @property
+    def count(self) -> int:
+        """How many rows `values` has."""
+        return len(self._through) + len(self._own)
+
     def left(self, zero: Iterable[Node]) -> tuple[Entries, Entries]:
         """Entries of the rates, by states and by parameters, that do not vanish where these leaves are zero."""
         zero = list(zero)
