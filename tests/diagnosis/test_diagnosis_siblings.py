@@ -11,7 +11,7 @@ import pytest
 from searched_by_hand import searched
 
 import seatruth.diagnosis.siblings as module
-from seatruth.diagnosis.hypotheses import Key, Search
+from seatruth.diagnosis.hypotheses import HOPE, Key, Search
 from seatruth.diagnosis.problem import Point
 from seatruth.diagnosis.siblings import fit_siblings, siblings
 from seatruth.effects import available
@@ -29,7 +29,8 @@ def test_a_lag_that_explains_as_much_alone_is_fitted_in_the_place_of_a_rate_limi
     assert siblings(found, "trial_current") == []
     fitted: list[tuple[Key, bool, list[float], str]] = []
 
-    def kept(found: Search, key: Key, on: bool, point: Point, sizes: Any, attempt: str) -> None:
+    def kept(found: Search, key: Key, on: bool, point: Point, sizes: Any, attempt: str, rival: float) -> None:
+        assert rival == found.leader.evidence - HOPE
         fitted.append((key, on, point.shared.tolist(), attempt))
 
     monkeypatch.setattr(module, "fit_once", kept)
@@ -67,7 +68,8 @@ def test_beside_forces_a_sibling_that_was_never_fitted_is_tried(monkeypatch: pyt
     """From where it is best begun, else from its typical size, where it has one sign; no other kind, nor elsewhere."""
     fitted: list[tuple[Key, list[float], str]] = []
 
-    def kept(found: Search, key: Key, on: bool, point: Point, sizes: Any, attempt: str) -> None:
+    def kept(found: Search, key: Key, on: bool, point: Point, sizes: Any, attempt: str, rival: float) -> None:
+        assert rival == found.leader.evidence - HOPE
         fitted.append((key, point.shared.tolist(), attempt))
 
     monkeypatch.setattr(module, "fit_once", kept)

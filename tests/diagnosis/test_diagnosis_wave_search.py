@@ -50,7 +50,8 @@ def _tracks(size: float) -> list[_Track]:
 def test_frequency_and_direction_of_a_wave_are_read_from_several_courses() -> None:
     tracks = _tracks(1.5)
     showing, near = _bands(tracks, _frequencies(tracks))
-    assert near.size and len(showing) > 1
+    assert near.size
+    assert len(showing) > 1
     frequency, towards = _best(tracks, showing, near)
     assert frequency == pytest.approx(FREQUENCY, rel=0.01)
     assert abs((towards - TOWARDS + math.pi) % (2.0 * math.pi) - math.pi) < 0.1
@@ -59,7 +60,8 @@ def test_frequency_and_direction_of_a_wave_are_read_from_several_courses() -> No
 def test_noise_shows_no_band() -> None:
     tracks = _tracks(0.0)
     showing, near = _bands(tracks, _frequencies(tracks))
-    assert not showing and not near.size
+    assert not showing
+    assert not near.size
     assert not _frequencies([]).size
 
 

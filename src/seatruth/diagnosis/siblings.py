@@ -14,7 +14,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis.choice import may_matter
 from seatruth.diagnosis.fit import Fit
-from seatruth.diagnosis.hypotheses import Search, strays
+from seatruth.diagnosis.hypotheses import HOPE, Search, strays
 from seatruth.diagnosis.hypothesis_fits import fit_once
 from seatruth.diagnosis.initial_guess import moved_to, without_effects
 from seatruth.effects import Effect
@@ -85,7 +85,8 @@ def _in_its_place(found: Search, at: Fit, name: str, other: str) -> None:
     problem, alone = found.problem, found.best((other,))
     values = _begin(found, other) if alone is None else alone.point.shared[problem.columns[other]]
     point = moved_to(problem, without_effects(problem, at.point, [name]), other, values)
-    fit_once(found, key, at.discrepancy, point, at.sizes, attempt=f"in the place of {name}")
+    least = found.leader.evidence - HOPE  # what cannot come near it is broken off
+    fit_once(found, key, at.discrepancy, point, at.sizes, attempt=f"in the place of {name}", rival=least)
 
 
 def _begin(found: Search, name: str) -> Array:
