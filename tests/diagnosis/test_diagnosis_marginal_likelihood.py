@@ -309,3 +309,13 @@ def test_it_does_not_depend_on_what_was_asked_before(ship_folder: Path, offset_r
     used.evidence(b, small.EFFECTS)
     used.solve(b, ())
     assert used.log_likelihood(a, ("gyro_bias",)) == first == fresh.log_likelihood(a, ("gyro_bias",))
+
+
+def test_elsewhere_it_is_that_of_other_errors_with_the_derivatives_at_hand(problem: Problem, at: Linearization) -> None:
+    near, sizes = Likelihood(problem, at), sizes_of(problem)
+    point = problem.moved(at.point, 1e-5 * problem.sd, np.full((len(problem.trials), at.local.shape[1]), 1e-4))
+    errors = problem.errors(point)
+    anew = Likelihood(problem, replace(at, point=point, errors=errors)).log_likelihood(sizes, at.effects)
+    assert near.elsewhere(point, errors).log_likelihood(sizes, at.effects) == pytest.approx(anew, rel=1e-9)
+    assert math.isfinite(anew)
+    assert abs(near.log_likelihood(sizes, at.effects) - anew) > 1e-6 * abs(anew)

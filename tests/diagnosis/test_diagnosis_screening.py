@@ -98,8 +98,8 @@ def test_an_effect_promises_from_its_start_what_it_is_worth_linearized_there() -
     known = noise_prior(problem)
     at = fit(problem, (), problem.start, first_sizes(problem, known), known, discrepancy=False)
     found = Search(problem, known, fits={((), False): at})
-    starts = {name: screening._ordered_starts(found, at, name)[0] for name in names if problem.effects[name].starts}
-    assert "rudder_dead_band" in starts
+    starts = {name: ordered[0] for name, ordered in screening._ordered_starts(found, at, names).items()}
+    assert [*starts] == [*names]
     promised = screening._promised(found, at, starts, at.sizes)
     for name, values in starts.items():
         full, _ = screening._score_from(found, at, (name,), name, values, at.sizes)

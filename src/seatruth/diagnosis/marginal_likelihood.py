@@ -25,7 +25,7 @@ from scipy.linalg.blas import dtrsm
 from seatruth.arrays import Array, Flags
 from seatruth.diagnosis.gram_matrices import GramMatrices
 from seatruth.diagnosis.prior_roots import LocalRoot, PriorRoots
-from seatruth.diagnosis.problem import Linearization, Problem
+from seatruth.diagnosis.problem import Linearization, Point, Problem
 from seatruth.diagnosis.shared_likelihood import SharedLikelihood
 from seatruth.diagnosis.sizes import Sizes
 from seatruth.diagnosis.triangular import backward, forward, inverse
@@ -112,6 +112,16 @@ class Likelihood(SharedLikelihood):
             ]
             tighter._last_gram = tighter._last_reduced = None
             found = tighter
+        return found
+
+    def elsewhere(self, point: Point, errors: Array) -> Likelihood:
+        """The same at another point, with its errors (N,), nothing held. The derivatives are taken to be the same."""
+        found = copy.copy(self)
+        offset = (self.problem.mean - point.shared)[self.columns]
+        super(Likelihood, found).__init__(self.problem, self.columns, self.priors, offset)
+        found.point = point
+        found.grams, found._last_gram, found._last_reduced = self.grams.with_errors(errors), None, None
+        found._local_offset = self.priors.added(self.problem.local_offset(point)[:, : self._locals])
         return found
 
     def without_priors_pull(self, errors: Array) -> Likelihood:

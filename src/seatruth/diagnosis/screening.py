@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -31,8 +31,8 @@ must reach: what is linearized falls short."""
 
 
 _MORE = 0.5
-"""nats by which an effect must promise more from its start than at its null to be linearized there in full. [S] Half of
-what makes a larger set worth fitting."""
+"""nats by which an effect must promise more from its start than at its null, and than the fit without it, to be
+linearized there in full. [S] Half of what makes a larger set worth fitting."""
 _STEP = 1e-4
 """Step of a difference, over the deviation of a prior: differences of doubles keep eight digits by it."""
 
@@ -66,16 +66,15 @@ def screen(found: Search, at: Fit) -> list[str]:
     whole = {other for other in others if _may_be_whole(found, at, likelihood, [bare, at.sizes], other)}
     del here, likelihood  # as large as what is linearized next
     alone = _alone(found, at, others)
-    begun = {
-        other: found.starts[other] if other in found.starts else _ordered_starts(found, at, other) for other in others
-    }
-    promised = _promised(found, at, {other: chosen[0] for other, chosen in begun.items() if len(chosen)}, bare)
+    known = {other: found.starts[other] for other in others if other in found.starts}
+    begun = known | _ordered_starts(found, at, [other for other in others if other not in known])
+    promised = _promised(found, at, {other: chosen[0] for other, chosen in begun.items()}, bare)
     scores: dict[str, tuple[float, float, list[list[float]]]] = {}
-    for other, chosen in begun.items():
+    for other in others:
         key, loose, plain = (*at.effects, other), loose_scores[other], plain_scores[other]
-        if len(chosen):
-            from_there = promised.get(other)
-            if from_there is None or max(from_there) > max(plain, loose) + _MORE:
+        if other in begun:
+            chosen, from_there = begun[other], promised.get(other)
+            if from_there is None or max(from_there) > max(plain, loose, at.evidence) + _MORE:
                 from_there = _score_from(found, at, key, other, chosen[0], bare)
             # Where it has no slope at its null, what is linearized there says nothing of it.
             if problem.effects[other].starts or max(from_there) > max(plain, loose):
@@ -245,35 +244,37 @@ def _finite_starts(problem: Problem, name: str) -> list[Array]:
     return [mean + part * (values - mean) for part in parts for values in directions]
 
 
-def _ordered_starts(found: Search, at: Fit, name: str) -> Array:
-    """The finite starts (k, n) of an effect, the one first that leaves least once everything else is refitted.
+def _ordered_starts(found: Search, at: Fit, names: Sequence[str]) -> dict[str, Array]:
+    """The finite starts (k, n) of effects, of each the one first that leaves least once everything else is refitted.
 
     The derivatives by everything else are those of the fit: each start costs one simulation. Directions are tried
     beside discrepancy only: without it, the slope at the null leads there. Others are tried without it, where the runs
     do not stray: beside it, forces have taken their part.
     """
-    problem = found.problem
-    options: list[tuple[float, Array]] = []
-    starts, directed = _finite_starts(problem, name), not problem.effects[name].starts
-    none = np.zeros((0, len(problem.columns[name])))
-    if not starts or (directed and not at.discrepancy):
-        return none
-    plain = found.fits.get((at.effects, False))
-    if not directed and plain is not None and plain.evidence > at.evidence - HOPE:
-        at = plain
-    near, begin = None if directed else at.linearized(problem), starting(problem, at)
-    for values in starts:
-        point = begin(name, values)
-        errors = problem.errors(point)
-        if near is None:
-            # Its force stands in the place of missing ones: what is left of them decides, and no refit is needed.
-            options.append((-objective(problem, point, errors, at.sizes, at.effects, at.likelihood), values))
-        elif np.isfinite(errors).all():
-            # With what is left of the missing forces once the effect has taken its part.
-            likelihood = Likelihood(problem, replace(near, point=point, errors=errors))
-            options.append((likelihood.log_likelihood(at.sizes, at.effects), values))
-    ordered = sorted(options, key=lambda option: -option[0])
-    return np.array([values for _, values in ordered]) if ordered else none
+    problem, plain = found.problem, found.fits.get((at.effects, False))
+    still = plain if plain is not None and plain.evidence > at.evidence - HOPE else at
+    begin, ordered = dict[bool, Callable[[str, Array], Point]](), dict[str, Array]()
+    near: Likelihood | None = None
+    for name in names:
+        starts, directed = _finite_starts(problem, name), not problem.effects[name].starts
+        if not starts or (directed and not at.discrepancy):
+            continue
+        fit, options = at if directed else still, list[tuple[float, Array]]()
+        if directed not in begin:
+            begin[directed] = starting(problem, fit)
+        for values in starts:
+            point = begin[directed](name, values)
+            errors = problem.errors(point)
+            if directed:
+                # Its force stands in the place of missing ones: what is left of them decides, and no refit is needed.
+                options.append((-objective(problem, point, errors, fit.sizes, fit.effects, fit.likelihood), values))
+            elif np.isfinite(errors).all():
+                # With what is left of the missing forces once the effect has taken its part.
+                near = near or Likelihood(problem, fit.linearized(problem))
+                options.append((near.elsewhere(point, errors).log_likelihood(fit.sizes, fit.effects), values))
+        if options:
+            ordered[name] = np.array([values for _, values in sorted(options, key=lambda option: -option[0])])
+    return ordered
 
 
 def _promised(found: Search, at: Fit, starts: Mapping[str, Array], bare: Sizes) -> dict[str, tuple[float, float]]:
