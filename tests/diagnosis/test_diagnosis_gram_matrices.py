@@ -10,8 +10,10 @@ from scipy.stats import multivariate_normal
 from seatruth.arrays import Array, Flags
 from seatruth.diagnosis import gram_matrices
 from seatruth.diagnosis.gram_matrices import GramMatrices
+from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Linearization, Problem
 from seatruth.diagnosis.size_search import with_shape
+from seatruth.diagnosis.steps import linear_errors
 
 
 def by_hand(problem: Problem, at: Linearization, keep: Flags, trial: int) -> tuple[Array, float]:
@@ -96,3 +98,19 @@ def test_few_of_the_shapes_that_were_tried_are_kept() -> None:
     anew = GramMatrices(problem, at.errors, at.shared, at.local, None).of(0, 1)
     np.testing.assert_array_equal(again[0], anew[0])
     np.testing.assert_array_equal(again[1], anew[1])
+
+
+def test_residuals_are_what_a_step_of_all_unknowns_leaves() -> None:
+    problem, at = case()
+    likelihood, sizes = Likelihood(problem, at), sizes_of(problem)
+    step = likelihood.solve(sizes, at.effects)
+    left = linear_errors(problem, at, step.shared, step.local)
+    place = likelihood.posterior(sizes, at.effects).place
+    other = likelihood.grams.with_errors(at.errors + 1.0)
+    for channel in range(len(problem.outputs)):
+        rows = [one.rows for one in problem.series if one.channel == channel]
+        for grams, away in ((likelihood.grams, 0.0), (other, 1.0)):
+            found = grams.residuals(channel, place)
+            assert [len(t) for _, t in found] == [len(own) for own in rows]
+            for (values, _), own in zip(found, rows, strict=True):
+                np.testing.assert_allclose(values, left[own] + away, rtol=1e-9, atol=1e-12)

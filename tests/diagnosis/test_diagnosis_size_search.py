@@ -51,6 +51,9 @@ class Function:
                 curvature[a, b] = -cross / (4.0 * h * h)
         return slope, curvature
 
+    def outlook(self, sizes: Sizes, c: int) -> Callable[[int, float], float]:
+        return lambda shape, log_white: 0.0
+
     def least(self, sizes: Sizes) -> Array:
         found = np.full(len(sizes.vector), -math.inf)
         found[: len(sizes.white)] = self.lowest
@@ -145,3 +148,19 @@ def test_it_finds_the_shape_of_noise_by_its_neighbours() -> None:
     assert found.ratio == 1.0
     assert found.tau == 10.0
     assert math.exp(best.white[0]) == pytest.approx(0.2, rel=0.05)
+
+
+@pytest.mark.parametrize(("behind", "tried"), [(0.0, True), (60.0, False)])
+def test_a_shape_that_the_residuals_refuse_is_not_tried(behind: float, tried: bool) -> None:
+    asked: set[int] = set()
+
+    class Refused(Function):
+        def outlook(self, sizes: Sizes, c: int) -> Callable[[int, float], float]:
+            return lambda shape, log_white: -behind * (shape != sizes.shape[c])
+
+    def function(s: Sizes) -> float:
+        asked.add(s.shape[0])
+        return float(s.shape[0] > 0)
+
+    best, _ = maximise(Refused(function), sizes().without_discrepancy(), SETTINGS, channels=(0,), sweeps=1)
+    assert (len(asked) > 1, best.shape[0] > 0) == (tried, tried)

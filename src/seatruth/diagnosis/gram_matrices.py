@@ -61,6 +61,20 @@ class GramMatrices:
         found._last, found._rest = {}, None
         return found
 
+    def residuals(self, channel: int, place: Array) -> list[tuple[Array, Array]]:
+        """What is left of a channel's errors in each trial, not whitened, and its times, both (n,).
+
+        `place` (T, m) is [1, distance of every column's unknown from the point].
+        """
+        found = []
+        for (trial, which), (block, t) in self._blocks.items():
+            if which == channel:
+                left = block @ place[trial]
+                if self._others is not None:
+                    left += self._others[1][self._rows[trial, channel]] - block[:, 0]
+                found.append((left, t))
+        return found
+
     def _whitened(self, channel: int, shape: int) -> dict[int, Array]:
         """The columns of one channel in each trial, whitened."""
         key = channel, shape
