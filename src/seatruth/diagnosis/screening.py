@@ -21,6 +21,7 @@ from seatruth.diagnosis.size_search import with_shape
 from seatruth.diagnosis.sizes import Sizes, log_prior, proposed_shapes
 from seatruth.diagnosis.steps import linear_errors, objective
 from seatruth.diagnosis.wave_search import wave_starts
+from seatruth.effects.each_trial import EachTrial
 
 _MAGNITUDES = (1.0, 2.5)
 """Magnitudes from which such an effect is tried, over its typical one: that, and the deviation of its prior."""
@@ -129,14 +130,15 @@ def _alone(found: Search, at: Fit, others: Sequence[str]) -> dict[str, float]:
     return beside(found, fit, others)
 
 
-def currents_in_each_trial(found: Search, at: Fit) -> list[str]:
-    """Currents of their own in each trial whose linearized evidence is above that of all fits, the highest first.
+def weather_of_each_trial(found: Search, at: Fit) -> list[str]:
+    """Currents and winds of their own in each trial whose linearized evidence is above that of all fits, highest first.
 
     Values of their own follow whatever differs between trials. They are asked for alone where they explain more than
-    anything that is the same in all: currents of several days may point anywhere, and have no part in common.
+    anything that is the same in all: those of several days may point anywhere, and have no part in common. Of a ferry
+    in winds of 4 to 9 m/s all around the compass one that is the same in all trials explained nothing.
     """
     problem, effects = found.problem, found.problem.effects
-    names = [name for name, effect in effects.items() if effect.each_trial and effect.current is not None]
+    names = [name for name, effect in effects.items() if isinstance(effect, EachTrial)]
     if not names:
         return []
     scores = _alone(found, at, names)

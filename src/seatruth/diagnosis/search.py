@@ -28,7 +28,7 @@ from seatruth.diagnosis.other_faults import with_faults_of, with_other_faults
 from seatruth.diagnosis.posterior import causes_in, hypotheses
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.refinement import refine
-from seatruth.diagnosis.screening import currents_in_each_trial, screen, waves_beside
+from seatruth.diagnosis.screening import screen, waves_beside, weather_of_each_trial
 from seatruth.diagnosis.sections import RunsBend, most_sections
 from seatruth.diagnosis.sensors_beside import fit_sensor_errors
 from seatruth.diagnosis.siblings import fit_siblings
@@ -184,8 +184,8 @@ def _fit_sets(found: Search, say: Say, expected: int, workers: int) -> None:
     for batch in (first[:1], first[1:]):
         _fit_at_once(found, batch, near, say, expected, workers)
     none: list[str] = []
-    currents = found.or_set_aside("currents in each trial", lambda: currents_in_each_trial(found, near), none)
-    for name in (*currents, *found.or_set_aside("waves", lambda: waves_beside(found, near), none)):
+    weather = found.or_set_aside("weather of each trial", lambda: weather_of_each_trial(found, near), none)
+    for name in (*weather, *found.or_set_aside("waves", lambda: waves_beside(found, near), none)):
         say(f"effect {name}", count, expected)
         fit_both(found, (name,), near)
     if not comparable(found):

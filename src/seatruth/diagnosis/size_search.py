@@ -75,6 +75,7 @@ class OfSizes:
     def __init__(self, likelihood: Likelihood, effects: Sequence[str], known: NoisePrior) -> None:
         self._likelihood, self._effects, self._known = likelihood, tuple(effects), known
         self._settings = likelihood.problem.settings
+        self._place: tuple[Sizes, Array] | None = None
 
     def __call__(self, sizes: Sizes) -> float:
         """See `Objective`."""
@@ -95,8 +96,9 @@ class OfSizes:
 
     def outlook(self, sizes: Sizes, c: int) -> Callable[[int, float], float]:
         """See `Objective`."""
-        place = self._likelihood.posterior(sizes, self._effects).place
-        left, shapes = self._likelihood.grams.residuals(c, place), noise_shapes(self._settings)
+        if self._place is None or self._place[0] is not sizes:  # channel after channel is asked for
+            self._place = sizes, self._likelihood.posterior(sizes, self._effects).place
+        left, shapes = self._likelihood.grams.residuals(c, self._place[1]), noise_shapes(self._settings)
 
         def worth(shape: int, log_white: float) -> float:
             value = log_prior(self._settings, with_shape(sizes, c, shape, log_white), self._known)
