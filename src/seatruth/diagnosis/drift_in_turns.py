@@ -45,10 +45,11 @@ def look_like_drift(problem: Problem, fit: Fit | None, names: Sequence[str]) -> 
 
 def _drifts(problem: Problem, point: Point, name: str) -> bool:
     model = problem.study.model
-    outputs = {model.standard_of(output)[0]: k for k, output in enumerate(problem.outputs)}
-    states = {
-        model.standard_of(c.name)[0]: (k, model.standard_of(c.name)[1]) for k, c in enumerate(problem.model.states)
-    }
+
+    def places_of(names: Sequence[str]) -> dict[str, tuple[int, float]]:
+        return {standard: (k, sign) for k, (standard, sign) in enumerate(map(model.standard_of, names))}
+
+    outputs, states = places_of(problem.outputs), places_of([c.name for c in problem.model.states])
     if not {"x", "y"} <= {*outputs} or not {"psi", "v", "r"} <= {*states}:
         return False
     without = without_effects(problem, point, [name])
@@ -56,10 +57,10 @@ def _drifts(problem: Problem, point: Point, name: str) -> bool:
     moved, places, drift = list[Array](), list[Array](), np.zeros(2)
     for motion, first, second in zip(problem.states(without), before, after):
         psi, v, r = (sign * motion[:, k] for k, sign in (states[state] for state in ("psi", "v", "r")))
-        away = second - first
+        north, east = (sign * (second - first)[:, k] for k, sign in (outputs["x"], outputs["y"]))
         # Beside the mean of each trial, whose first position is free: north, then east, of a metre ahead and abeam.
-        for output, ahead, abeam in (("x", np.cos(psi), -np.sin(psi)), ("y", np.sin(psi), np.cos(psi))):
-            rows = np.stack([away[:, outputs[output]], ahead, abeam], axis=1)
+        for away, ahead, abeam in ((north, np.cos(psi), -np.sin(psi)), (east, np.sin(psi), np.cos(psi))):
+            rows = np.stack([away, ahead, abeam], axis=1)
             rows = rows[np.isfinite(rows).all(axis=1)]
             rows = rows - rows.mean(axis=0) if len(rows) else rows
             moved.append(rows[:, 0])
