@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from seatruth.diagnosis.parts import Fold, Shares, Validation
-from seatruth.diagnosis.sentences import cause_in_words, chance, verdict_sentence
+from seatruth.diagnosis.sentences import cause_in_words, chance, verdict_sentence, whole_percent
 from seatruth.diagnosis.verdict import Kind, NamedCause, least_probable
 
 LARGE = Shares(0.1, 0.2, 0.65, 0.05, 10.0, 8.0, 1.1)
@@ -176,6 +176,16 @@ def test_no_gap_and_undecided() -> None:
     assert listed.startswith("Something acts, but these trials cannot tell what: a bank, a rudder's offset or wind (")
     beside = said("unknown", vague=["a bank", "a rudder's offset"])
     assert "It looks like a bank or a rudder's offset, of which none is probable by itself." in beside
+
+
+def test_a_part_of_the_gap_that_is_next_to_nothing_has_no_sign() -> None:
+    assert [whole_percent(part) for part in (-0.004, 0.004, -0.02, 0.93, math.nan)] == [
+        "0 %",
+        "0 %",
+        "-2 %",
+        "93 %",
+        "unknown",
+    ]
 
 
 def test_no_probability_is_one_or_nothing() -> None:

@@ -113,7 +113,7 @@ def chance(probability: float) -> str:
 
 def whole_percent(part: float) -> str:
     """A part of the gap in whole per cent, "93 %"."""
-    return f"{100.0 * part:.0f} %" if math.isfinite(part) else "unknown"
+    return f"{round(100.0 * part)} %" if math.isfinite(part) else "unknown"  # never "-0 %"
 
 
 def cause_in_words(cause: NamedCause) -> str:
