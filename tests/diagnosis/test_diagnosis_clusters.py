@@ -116,3 +116,17 @@ def test_a_form_of_the_model_stands_beside_no_cause() -> None:
     beside = decided((("drag_curve", "gyro_bias"), 0.9), (("gyro_bias",), 0.09), ((), 0.01))
     assert [cause.effects for cause in beside.clusters] == [("gyro_bias",)]
     assert (beside.form, beside.discrepancy) == (("drag_curve",), True)
+
+
+@pytest.mark.parametrize(("apart", "joins"), [(100.0, False), (5.0, True)])
+def test_waves_that_are_told_from_a_steady_cause_do_not_stand_in_its_place(apart: float, joins: bool) -> None:
+    """Of a boat on a pond the force of a wind was "the environment" for the sake of waves of a tenth."""
+    entries = ((("wind",), 0.45), (("wave_drift",), 0.4), (("wave_forces",), 0.1), ((), 0.05))
+    near = {frozenset(("wind", name)): far for name, far in (("wave_drift", 5.0), ("wave_forces", apart))}
+    (cluster,) = decided(*entries, near=near).clusters
+    assert ("wave_forces" in cluster.effects) == joins
+    assert cluster.cause == ("environment" if joins else "environment.force_fixed_to_earth")
+    assert cluster.probability == pytest.approx(0.95 if joins else 0.85)
+    # Waves that lead have the others beside them, as before.
+    (led,) = decided((("wave_forces",), 0.5), (("wind",), 0.4), ((), 0.1)).clusters
+    assert led.effects == ("wave_forces", "wind")

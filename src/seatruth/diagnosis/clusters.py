@@ -10,7 +10,7 @@ from seatruth.diagnosis.other_forms import is_only_form
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import Effect
 from seatruth.effects.causes import is_within, lowest_common_ancestor
-from seatruth.effects.each_trial import repeats
+from seatruth.effects.each_trial import follows_each_trial, repeats
 
 NEEDED = 1e-3
 """Probability of all answers without an effect, below which the trials need it, and odds of seven nats. [S]"""
@@ -57,7 +57,8 @@ def cluster_of(
     """An effect of a set, and the effects that can stand in its place, with those that are `told_apart` or without.
 
     Where forces are missing beside it, a factor on an actuator is no cause, and stands in no other's place. What is a
-    form of the model alone is never one.
+    form of the model alone is never one. Waves that these trials tell from a cause that is the same in all do not stand
+    in its place: with a phase of their own in each trial they follow whatever that leaves.
     """
     rest = set(key) - {name}
     weight = {name: sum(p for other, p in sets.items() if name in other)}
@@ -78,7 +79,8 @@ def cluster_of(
     for rival in rivals:
         alike = rival in common or near(name, rival) < settings.apart
         probable = weight[rival] >= settings.least_rival * best and held < settings.set_coverage * total
-        if alike or (told_apart and probable):
+        follows = follows_each_trial(effects[rival]) and not follows_each_trial(effects[name])
+        if alike or (told_apart and probable and not follows):
             members.append(rival)
         held += weight[rival]
     counted = (*members, *repeated)
