@@ -282,9 +282,9 @@ def _ordered_starts(found: Search, at: Fit, names: Sequence[str]) -> dict[str, A
 def _promised(found: Search, at: Fit, starts: Mapping[str, Array], bare: Sizes) -> dict[str, tuple[float, float]]:
     """What a fit with each effect promises from its start, without and with discrepancy: a few simulations of each.
 
-    The more of two linearizations that take everything else from the fit: on the way from nothing to the start, by what
-    the errors change, and about the start, by differences in the effect's own parameters. Empty for a black box, each
-    of whose runs counts.
+    The larger of two linearizations that take everything else from the fit: on the way from nothing to the start, by
+    what the errors change, and about the start, by differences in the effect's own parameters. Empty for a black box,
+    each of whose runs counts.
     """
     problem = found.problem
     if problem.few_runs is not None or not starts:
