@@ -10,6 +10,7 @@ import numpy as np
 
 from seatruth.effects import Effect, load_effects, with_effects
 from seatruth.models.base import Model
+from seatruth.models.geometry import Dimensions
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.simulate import simulator
 from seatruth.study import Study
@@ -70,6 +71,21 @@ class Catamaran(Boat):
             s.u * math.cos(s.psi) - s.v * math.sin(s.psi),
             s.u * math.sin(s.psi) + s.v * math.cos(s.psi),
         )
+
+
+class Hull(Boat):
+    """The boat, with a size and a mass on which forces can act."""
+
+    name = "hull"
+
+    @staticmethod
+    def dimensions(p: Any) -> Dimensions:
+        return Dimensions(6.0, 2.0, 0.5, 3000.0, 1025.0)
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        surge, sway, yaw, *rest = Boat.rhs(s, i, p, e)
+        return (surge + e.X / 3000.0, sway + e.Y / 3000.0, yaw + e.N / 9000.0, *rest)
 
 
 NOISE = {"u": 0.01, "v": 0.01, "r": 0.001, "psi": 0.003, "x": 0.1, "y": 0.1}

@@ -23,25 +23,8 @@ from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.size_search import with_shape
 from seatruth.diagnosis.sizes import first_sizes, noise_prior, noise_shapes
 from seatruth.effects import available, load_effects, with_effects
-from seatruth.models.geometry import Dimensions
 from seatruth.statistics.state_space_noise import NoiseShape
 from seatruth.trials import Trial, Trials
-
-
-class Hull(boat.Boat):
-    """The boat, with a size and a mass on which a wind can act."""
-
-    name = "hull"
-
-    @staticmethod
-    def dimensions(p: Any) -> Dimensions:
-        return Dimensions(6.0, 2.0, 0.5, 3000.0, 1025.0)
-
-    @staticmethod
-    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
-        surge, sway, yaw, *rest = boat.Boat.rhs(s, i, p, e)
-        return (surge + e.X / 3000.0, sway + e.Y / 3000.0, yaw + e.N / 9000.0, *rest)
-
 
 EXCHANGED = "thrusters_exchanged_port_starboard"
 
@@ -140,7 +123,7 @@ def test_differences_are_derivatives() -> None:
 @pytest.mark.parametrize("blows", [True, False])
 def test_winds_that_point_anywhere_are_asked_for_without_a_common_one(blows: bool) -> None:
     """Days whose winds cancel in the mean, and days without wind."""
-    model, truth = Hull(), {}
+    model, truth = boat.Hull(), {}
     own = available()["trial_wind"].of_trials([f"run_{k}" for k in range(4)])
     for k, (north, east) in enumerate([(6.0, 0.0), (-6.0, 0.5), (0.0, 6.0), (0.5, -6.0)] if blows else []):
         truth |= {f"trial_wind_north_run_{k}": north, f"trial_wind_east_run_{k}": east}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import boat_case as boat
 import numpy as np
@@ -14,25 +13,9 @@ from seatruth.diagnosis import Diagnosis, diagnose
 from seatruth.diagnosis.wave_search import _bands, _best, _frequencies, _Track
 from seatruth.effects.kinematics import G
 from seatruth.effects.waves import WaveForces
-from seatruth.models.geometry import Dimensions
 from seatruth.statistics.state_space_noise import NoiseShape
 
 FREQUENCY, TOWARDS = 1.2, 0.8
-
-
-class Hull(boat.Boat):
-    """The boat, with a size and a mass on which forces can act."""
-
-    name = "hull"
-
-    @staticmethod
-    def dimensions(p: Any) -> Dimensions:
-        return Dimensions(6.0, 2.0, 0.5, 3000.0, 1025.0)
-
-    @staticmethod
-    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
-        surge, sway, yaw, *rest = boat.Boat.rhs(s, i, p, e)
-        return (surge + e.X / 3000.0, sway + e.Y / 3000.0, yaw + e.N / 9000.0, *rest)
 
 
 def _tracks(size: float) -> list[_Track]:
@@ -74,8 +57,10 @@ def _diagnosis(size: float) -> Diagnosis:
         truth |= {f"wave_forces_cosine_run_{k}": size * math.cos(phase)}
         truth |= {f"wave_forces_sine_run_{k}": size * math.sin(phase)}
     angles = [{"delta": boat.zigzag(120, 0.3, 15.0)} for _ in range(4)]
-    runs = boat.trials(Hull(), angles, headings=(0.0, 1.5, 3.0, 4.5), effects=truth, specs=(waves,))
-    return diagnose(boat.study(Hull(), runs, boat.NOISE), effects=["wave_forces", "current", "gyro_bias"], threads=1)
+    runs = boat.trials(boat.Hull(), angles, headings=(0.0, 1.5, 3.0, 4.5), effects=truth, specs=(waves,))
+    return diagnose(
+        boat.study(boat.Hull(), runs, boat.NOISE), effects=["wave_forces", "current", "gyro_bias"], threads=1
+    )
 
 
 @pytest.mark.slow
