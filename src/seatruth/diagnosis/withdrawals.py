@@ -227,14 +227,8 @@ def without_taken_for_noise(
     """
     members = {one: one.member_in(decision.shown) for one in decision.clusters}
     kept = tuple(one for one, name in members.items() if name in agreed)
-    validation = validated(decision.shown) if len(kept) < len(decision.clusters) else None
-    if len(kept) == len(decision.clusters) or (validation is not None and validation.lower > 0.0):
-        return decision
-    refused = (*decision.refused, *(name for one, name in members.items() if one not in kept))
-    if kept:
-        return replace(keeping(decision, kept), refused=refused)
-    left = as_unknown(decision, probably_lacking(found, refused), decision.outdone)
-    return replace(left, refused=refused, small=decision.small)
+    gone = unless_it_closes(decision, kept, validated)
+    return refusing(decision, found, kept, refused=gone) if gone else decision
 
 
 def without_disputed(
@@ -251,15 +245,8 @@ def without_disputed(
     """
     members = {one: one.member_in(decision.shown) for one in decision.clusters}
     kept = tuple(one for one, name in members.items() if name in sure or is_within(effects[name].cause, ENVIRONMENT))
-    validation = validated(decision.shown) if len(kept) < len(decision.clusters) else None
-    if len(kept) == len(decision.clusters) or (validation is not None and validation.lower > 0.0):
-        return decision
-    disputed = tuple(one.member_in(decision.shown) for one in decision.clusters if one not in kept)
-    refused = (*decision.refused, *disputed)
-    if kept:
-        return replace(keeping(decision, kept), refused=refused)
-    left = as_unknown(decision, probably_lacking(found, disputed), decision.outdone)
-    return replace(left, refused=refused, small=decision.small)
+    gone = unless_it_closes(decision, kept, validated)
+    return refusing(decision, found, kept, refused=gone) if gone else decision
 
 
 def without_unsure(decision: Decision, found: Sequence[Hypothesis], helps: Callable[[str, Key], bool]) -> Decision:
@@ -299,6 +286,24 @@ def without_leaning(
         if cluster.probability >= settings.name_threshold:
             kept.append(cluster)
     return keeping(replace(decision, clusters=tuple(kept)), tuple(kept)) if kept else decision
+
+
+def unless_it_closes(decision: Decision, kept: Sequence[Cluster], validated: Callable[[Key], Validation | None]) -> Key:
+    """What of a decision is not kept; nothing where its set surely closes a part of the gap on trials left out."""
+    gone = tuple(one.member_in(decision.shown) for one in decision.clusters if one not in kept)
+    validation = validated(decision.shown) if gone else None
+    return () if validation is not None and validation.lower > 0.0 else gone
+
+
+def refusing(
+    decision: Decision, found: Sequence[Hypothesis], kept: tuple[Cluster, ...], *, refused: Key = (), drift: Key = ()
+) -> Decision:
+    """The decision with these of its causes alone; what is refused, or looks like a drift, joins what did before."""
+    refused, drift = (*decision.refused, *refused), (*decision.drift, *drift)
+    if kept:
+        return replace(keeping(decision, kept), refused=refused, drift=drift)
+    left = as_unknown(decision, probably_lacking(found, (*refused, *drift)), decision.outdone)
+    return replace(left, refused=refused, drift=drift, small=decision.small)
 
 
 def as_unknown(decision: Decision, lacking: float, outdone: Key) -> Decision:
