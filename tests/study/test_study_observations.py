@@ -129,6 +129,22 @@ def test_courses_follow_the_heading_and_leave_it_on_record(tmp_path: Path) -> No
         assert trial.steps[0].effect.startswith("turned by whole turns 10 of cog")
 
 
+def test_a_course_follows_a_compass_of_0_to_360_degrees(tmp_path: Path) -> None:
+    """No step is asked for: the heading is unwrapped, and both are on record."""
+    t = np.arange(0.0, 5.0, 0.5)
+    heading, course = np.radians(350.0 + 4.0 * np.arange(t.size)), np.radians(340.0 + 4.0 * np.arange(t.size))
+    frame = pd.DataFrame({"t": t, "delta": 0.1, "n": 12.0, "x": 1.2 * t, "y": 0.0 * t, "r": 0.14})
+    frame.assign(psi=heading % (2.0 * np.pi), COG=course % (2.0 * np.pi)).to_csv(tmp_path / "run.csv", index=False)
+    (tmp_path / "s.toml").write_text(
+        '[model]\nuse = "mmg"\nvary = ["Y_v"]\n[channels]\ncog = { column = "COG", unit = "rad" }\n'
+        '[[trials]]\nfile = "run.csv"\n'
+    )
+    trial = load_study(tmp_path / "s.toml").trials[0]
+    assert [step.name for step in trial.steps] == ["unwrap", "follow_heading"]
+    assert trial.outputs["psi"] == pytest.approx(heading)
+    assert trial.outputs["cog"] == pytest.approx(course)
+
+
 COURSE = 'sog = "SOG"\ncog = { column = "COG", unit = "rad" }'
 
 
@@ -286,16 +302,6 @@ def test_a_fixed_start_is_refused_where_a_current_parts_water_from_ground(tmp_pa
         short(tmp_path, 'u_w = "SOG"', effects='["current"]')
     assert short(tmp_path, 'u_w = "SOG"', effects='["current"]', more='[cost]\ninitial = "free"')
     assert short(tmp_path, 'u_w = "SOG"\nu = "u"', effects='["current"]')
-
-
-def test_a_course_beside_a_heading_that_jumps_is_refused(tmp_path: Path) -> None:
-    study = short(tmp_path, "")
-    psi = np.where(study.trials[0].t > 2.0, 0.1, 6.2)
-    frame = pd.read_csv(tmp_path / "run.csv").assign(psi=psi)
-    frame.to_csv(tmp_path / "run.csv", index=False)
-    (tmp_path / "s.toml").write_text((tmp_path / "s.toml").read_text().replace("[channels]", '[channels]\ncog = "COG"'))
-    with pytest.raises(BadInput, match="Run the step 'unwrap' on 'psi'"):
-        load_study(tmp_path / "s.toml")
 
 
 def test_positions_headings_and_clocks_of_a_study(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from seatruth.study.schema_trials import ChannelTable
 from seatruth.study.validation import Problems
 from seatruth.trials import Channel, Trial
 from seatruth.trials.frames import POSITIONS
-from seatruth.trials.prepare import apply_steps
+from seatruth.trials.prepare import apply_steps, jumps_by_a_turn
 from seatruth.trials.trial import Step
 
 _AROUND = (ExtendedModel, ExtendedBlackBox, WithServos, ServoBlackBox, WithHolds)
@@ -241,10 +241,17 @@ def check_initial_state(model: Model, file: StudyFile, problems: Problems) -> No
 
 
 def turned_with_heading(trial: Trial, model: Model, others: Collection[str] = ()) -> Trial:
-    """The trial with courses over ground, and `others`, within half a turn of the heading, as a step on record."""
+    """The trial with courses over ground, and `others`, within half a turn of the heading, as steps on record.
+
+    A compass shows 0 to 360 degrees: the heading that courses follow is unwrapped before, where it jumps.
+    """
     observed_as = {one.channel: one.measured for one in _observations_of(model)}
     courses = [name for name in trial.outputs if observed_as.get(name) == "cog" or name in others]
-    return apply_steps(trial, [("follow_heading", {"channels": courses})]) if courses else trial
+    if not courses:
+        return trial
+    wrapped = "psi" in trial.outputs and jumps_by_a_turn(trial, "psi")
+    steps = [("unwrap", {"channels": ["psi"]}), ("follow_heading", {"channels": courses})]
+    return apply_steps(trial, steps if wrapped else steps[1:])
 
 
 def plain_outputs(model: Model) -> tuple[Channel, ...]:

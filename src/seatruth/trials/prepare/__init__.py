@@ -7,7 +7,7 @@
 STEPS holds every step by its name in study files, with the pydantic model of its options.
 """
 
-from seatruth.trials.prepare.base import STEPS, Options, Preparation, apply_steps, preparation
+from seatruth.trials.prepare.base import STEPS, Options, Preparation, apply_steps, jumps_by_a_turn, preparation
 from seatruth.trials.prepare.filters import differentiate, low_pass, resample
 from seatruth.trials.prepare.full_scale import full_scale
 from seatruth.trials.prepare.fusion import DepthFusion, fuse, fuse_depth
@@ -43,6 +43,7 @@ __all__ = [
     "fuse",
     "fuse_depth",
     "hampel",
+    "jumps_by_a_turn",
     "lever_arm",
     "low_pass",
     "mark_invalid",

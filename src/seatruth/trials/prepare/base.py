@@ -138,15 +138,19 @@ def regular_step(trial: Trial, why: str) -> float:
 def refuse_wrapped(trial: Trial, names: Iterable[str], why: str) -> None:
     """BadInput if an angle among the channels jumps by a turn."""
     for name in names:
-        if is_angle(name):
-            values = trial.channel(name)
-            finite = values[np.isfinite(values)]
-            jumps = int((np.abs(np.diff(finite)) > WRAP_JUMP).sum())
-            if jumps:
-                raise BadInput(
-                    f"{name!r} jumps by a turn {jumps} time(s), which {why} would smear",
-                    do=f"Run the step 'unwrap' on {name!r} before it.",
-                )
+        jumps = jumps_by_a_turn(trial, name) if is_angle(name) else 0
+        if jumps:
+            raise BadInput(
+                f"{name!r} jumps by a turn {jumps} time(s), which {why} would smear",
+                do=f"Run the step 'unwrap' on {name!r} before it.",
+            )
+
+
+def jumps_by_a_turn(trial: Trial, name: str) -> int:
+    """How often a channel steps by nearly a full turn from one valid sample to the next."""
+    values = trial.channel(name)
+    finite = values[np.isfinite(values)]
+    return int((np.abs(np.diff(finite)) > WRAP_JUMP).sum())
 
 
 def is_angle(name: str) -> bool:
