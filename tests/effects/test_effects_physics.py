@@ -324,20 +324,25 @@ def test_a_slow_log_does_not_make_quick_followers_diverge() -> None:
     assert not sim.outputs(np.zeros((1, 0)), start).diverged.any()
 
 
-def test_an_antenna_away_from_the_origin_moves_as_its_positions_do() -> None:
+@pytest.mark.parametrize("names", [("v_n", "v_e"), ("sog", "cog")])
+def test_an_antenna_away_from_the_origin_moves_as_its_positions_do(names: tuple[str, str]) -> None:
     """The velocity that a receiver shows is that of its antenna, as the change of its positions is."""
-    model = observed(load_model("mmg"), [Observation("v_n"), Observation("v_e")])
+    model = observed(load_model("mmg"), [Observation(name) for name in names])
     extended = with_effects(model, [available()["position_lever_arm"]])
     t = np.arange(0.0, 60.0, 0.1)
     inputs = {"delta": 0.4 * np.sin(0.2 * t), "n": np.full(t.size, 12.0)}
-    first = {"u": 1.2, "v": 0.0, "r": 0.0, "psi": 0.5, "x": 0.0, "y": 0.0, "v_n": 1.0, "v_e": 0.6}
+    first = {"u": 1.2, "v": 0.0, "r": 0.0, "psi": 0.5, "x": 0.0, "y": 0.0, **dict.fromkeys(names, 1.0)}
     run = Trial("run", t, inputs, {name: np.full(t.size, value) for name, value in first.items()})
     arm = {"position_lever_arm_forward": 1.5, "position_lever_arm_starboard": -0.4}
 
     def shown(values: dict[str, float]) -> dict[str, Any]:
         sim = simulator(extended, [run], free=(), values={**extended.nominal(), **values})
         y = sim.outputs(np.zeros((1, 0)), sim.initial_states).y[0]
-        return {channel.name: y[:, c] for c, channel in enumerate(extended.outputs)}
+        found = {channel.name: y[:, c] for c, channel in enumerate(extended.outputs)}
+        if "cog" in found:
+            assert np.abs(np.diff(found["cog"])).max() < 0.1  # whole turns are not lost
+            found |= {"v_n": found["sog"] * np.cos(found["cog"]), "v_e": found["sog"] * np.sin(found["cog"])}
+        return found
 
     plain, moved = shown({}), shown(arm)
     for position, velocity in (("x", "v_n"), ("y", "v_e")):

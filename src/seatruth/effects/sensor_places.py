@@ -144,15 +144,15 @@ class LogMisalignmentVertical(LogMisalignment):
 class PositionLeverArm(PlacedSensor):
     """The antenna (or tracked mark) sits away from the origin of the model.
 
-    A receiver's velocity north and east is that of its antenna: where a log holds it, and the rate of turn, the arm
-    acts on it too.
+    A receiver's velocity north and east, or its speed and course over ground, is that of its antenna: where a log holds
+    it, and the rate of turn, the arm acts on it too.
     """
 
     name = "position_lever_arm"
     title = "lever arm of the position sensor"
     cause = "sensor.alignment.position"
     number = 8
-    equation = "(x_m, y_m) = (x, y) + R(psi) (forward, starboard); (v_n, v_e) alike, by its rate"
+    equation = "(x_m, y_m) = (x, y) + R(psi) (forward, starboard); (v_n, v_e), or sog and cog, alike, by its rate"
     source = LogLeverArm.source
     acts_on = ("sensor:x", "sensor:y")
     confused_with = ("log_lever_arm", "position_delay")
@@ -169,9 +169,17 @@ class PositionLeverArm(PlacedSensor):
         c, d = math.cos(y.psi), math.sin(y.psi)
         north, east = q.forward * c - q.starboard * d, q.forward * d + q.starboard * c
         y = y._replace(x=y.x + north, y=y.y + east)
-        if not all(hasattr(y, name) for name in ("r", "v_n", "v_e")):
+        if not hasattr(y, "r"):
             return y
-        return y._replace(v_n=y.v_n - east * y.r, v_e=y.v_e + north * y.r)
+        if hasattr(y, "v_n") and hasattr(y, "v_e"):
+            y = y._replace(v_n=y.v_n - east * y.r, v_e=y.v_e + north * y.r)
+        if hasattr(y, "sog") and hasattr(y, "cog"):
+            # Along the course and to starboard of it: so the course goes on through whole turns.
+            c, d = math.cos(y.cog), math.sin(y.cog)
+            along, across = y.sog + (north * d - east * c) * y.r, (north * c + east * d) * y.r
+            speed = math.sqrt(along * along + across * across + 1e-12)
+            y = y._replace(sog=speed, cog=y.cog + math.atan2(across, along))
+        return y
 
 
 class DepthLeverArm(PlacedSensor):
