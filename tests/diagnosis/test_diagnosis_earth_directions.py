@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
-from seatruth.diagnosis.earth_directions import common_direction, towards
+from seatruth.diagnosis.earth_directions import common_direction, in_words, towards
 from seatruth.diagnosis.verdict import EffectParameter
 
 
@@ -24,6 +25,15 @@ def test_components_as_size_and_direction() -> None:
     assert towards({"north": (0.0, 0.1), "east": (0.3, 0.1)}).endswith("towards 90 +- 19 deg")
     assert towards({"angle": (0.1, 0.1)}) == ""
     assert towards({"north": (0.0, 0.1), "east": (0.0, 0.1)}) == ""
+
+
+def test_an_error_of_the_form_is_one_of_the_size_and_not_of_the_direction() -> None:
+    """A wind over areas that nobody measured: how fast it is stays open by a fifth, where it blows does not."""
+    sure = pointing(50.0, 3.0)
+    open_ = [replace(q, stderr=math.hypot(q.stderr, 0.2 * q.value), form_error=0.2 * q.value) for q in sure[:2]]
+    assert in_words(sure) == "2.00 +- 0.10 m/s towards 50.0 +- 3.0 deg"
+    assert in_words([*open_, sure[2]]) == "2.00 +- 0.41 m/s towards 50.0 +- 3.0 deg"
+    assert in_words(()) == ""
 
 
 def test_effects_that_point_alike_have_the_direction_of_the_most_probable() -> None:

@@ -5,16 +5,20 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import boat_case as boat
 import numpy as np
 import pytest
 import small_case as small
 
 from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.hypothesis_fits import fit_once
+from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.search import search
-from seatruth.diagnosis.size_errors import disagreement, is_sure, size_errors
+from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.size_errors import disagreement, is_sure, size_errors, sizes_of
 from seatruth.diagnosis.sizes import first_sizes, noise_prior
 from seatruth.diagnosis.tempering import tempered_deviation
+from seatruth.effects import available
 from seatruth.trials.trial import Trial
 
 KEY = ("rudder_offset",)
@@ -82,3 +86,29 @@ def test_a_single_trial_agrees_with_itself(ship_folder: Path, offset_runs: list[
     assert np.isnan(disagreement(problem, fit)).all()
     expected = tempered_deviation(fit.stderr(problem), problem.sd, problem.settings.size_temperature)
     assert size_errors(problem, fit) == pytest.approx(expected)
+
+
+def test_how_fast_a_wind_is_stays_as_open_as_the_area_that_it_blows_on() -> None:
+    """By the root of the area, of which ln is known to 0.4 where it follows from the ship's dimensions."""
+    model = boat.Hull()
+    runs = boat.trials(
+        model,
+        [{"delta": boat.zigzag(80, 0.3, 12.0)} for _ in range(2)],
+        headings=(0.0, 2.0),
+        effects={"wind_north": 4.0, "wind_east": 3.0},
+        specs=[available()["wind"]],
+    )
+    problem = Problem(boat.study(model, runs), [available()["wind"]], Settings(), threads=1)
+    again = Search(problem, noise_prior(problem))
+    at = problem.start.shared.copy()
+    at[problem.columns["wind"][:2]] = 4.0, 3.0
+    fit = fit_once(again, ("wind",), False, replace(problem.start, shared=at), first_sizes(problem, again.known))
+    assert fit is not None
+    found = {q.name: q for q in sizes_of(problem, fit, "wind")}
+    plain = size_errors(problem, fit)[problem.columns["wind"]]
+    for q, own in zip(found.values(), plain):
+        part = 0.2 if q.name in ("north", "east") else 0.0
+        assert q.form_error == pytest.approx(part * abs(q.value))
+        assert q.stderr == pytest.approx(np.hypot(own, q.form_error))
+        assert (q.value - q.lower, q.upper - q.value) == pytest.approx((1.96 * q.stderr, 1.96 * q.stderr))
+    assert found["north"].form_error > 0.4

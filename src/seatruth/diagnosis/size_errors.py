@@ -35,15 +35,28 @@ def size_errors(problem: Problem, fit: Fit) -> Array:
 
 
 def sizes_of(problem: Problem, fit: Fit, name: str) -> tuple[EffectParameter, ...]:
-    """The parameters of an effect as a fit has them, with these errors."""
-    effect, error, at = problem.effects[name], size_errors(problem, fit), fit.point.shared
-    return tuple(
-        EffectParameter(
-            q.name, q.unit, float(at[k]), float(error[k]), float(at[k] - 1.96 * error[k]),
-            float(at[k] + 1.96 * error[k]), float(effect.null[q.name]), float(problem.sd[k]),
-        )
-        for q, k in zip(effect.parameters, problem.columns[name])
-    )  # fmt: skip
+    """The parameters of an effect as a fit has them, with these errors and what its form leaves open."""
+    effect, errors, at = problem.effects[name], size_errors(problem, fit), fit.point.shared
+    found, part = list[EffectParameter](), _error_of_form(problem, name)
+    for q, k in zip(effect.parameters, problem.columns[name]):
+        value, null = float(at[k]), float(effect.null[q.name])
+        of_form = part * abs(value - null) if q.name in effect.magnitudes else 0.0
+        error = math.hypot(errors[k], of_form)
+        ends = value - 1.96 * error, value + 1.96 * error
+        found.append(EffectParameter(q.name, q.unit, value, error, *ends, null, float(problem.sd[k]), of_form))
+    return tuple(found)
+
+
+def _error_of_form(problem: Problem, name: str) -> float:
+    """Error of the magnitudes, as a part of them, that a factor of the effect's form leaves however many the trials.
+
+    Trials seem to tell a wind from the area that it blows on, by how its angle changes with the vehicle's own motion.
+    But that goes by the published form of the force, and the area's factor stands for how far a vehicle is from it. Of
+    a boat in a wind of 6 m/s the fit had 4.43 +- 0.25 m/s on twice the area.
+    """
+    effect = problem.effects[name]
+    column = dict(zip((q.name for q in effect.parameters), problem.columns[name]))
+    return math.hypot(*(power * problem.sd[column[factor]] for factor, power in effect.scaled_by.items()))
 
 
 def is_sure(problem: Problem, fit: Fit, name: str) -> bool:

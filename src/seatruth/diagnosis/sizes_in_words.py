@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from seatruth.diagnosis.earth_directions import towards
+from seatruth.diagnosis.earth_directions import in_words
 from seatruth.diagnosis.verdict import EffectParameter
 from seatruth.effects import Effect, dimensions_of
 from seatruth.effects.causes import is_within
@@ -31,7 +31,7 @@ def size_in_words(parameters: Sequence[EffectParameter]) -> str:
     across = _across_trials(parameters) or _of_waves(parameters)
     if across:
         return across
-    direction = towards({q.name: (q.value, q.stderr) for q in parameters}, parameters[0].unit if parameters else "")
+    direction = in_words(parameters)
     if direction:
         return direction
     parts = []

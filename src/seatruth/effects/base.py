@@ -135,6 +135,9 @@ class Effect:
     """Typical distance of a magnitude from null by kind of vehicle, where it is not that of `parameters`."""
     froude: ClassVar[Mapping[str, float]] = {}
     """Power of the length with which magnitudes of ships shorter than 100 m scale (1/2 for times and speeds)."""
+    scaled_by: ClassVar[Mapping[str, float]] = {}
+    """Shape parameters that are the logarithm of a factor on what the effect does, and the power of that factor with
+    which the magnitudes go: {"ln_area": -0.5}, since a wind over half the area is as strong at 1.4 times the speed."""
     power: ClassVar[int] = 1
     """Power of the size whose order is unknown in the magnitudes: 2 where they are the square of a wave's height."""
     starts: tuple[Mapping[str, float], ...] = ()

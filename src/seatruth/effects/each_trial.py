@@ -77,7 +77,7 @@ class EachTrial(Effect):
         self.null = _repeated({name: like.null[name] for name in like.magnitudes}, labels)
         self.starts = tuple(_repeated({m: start[m] for m in like.magnitudes}, labels) for start in like.starts)
         sizes = {kind: _repeated(typical, labels) for kind, typical in like.typical_by_kind.items()}
-        vars(self).update(typical_by_kind=sizes, froude=_repeated(like.froude, labels))
+        vars(self).update(typical_by_kind=sizes, froude=_repeated(like.froude, labels), scaled_by=like.scaled_by)
         for attribute in _SHARED:
             setattr(self, attribute, getattr(like, attribute))
         for role, (q_place, e_place) in _PLACES.items():

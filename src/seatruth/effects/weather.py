@@ -127,6 +127,7 @@ class Wind(Effect):
     null: Mapping[str, float] = {"north": 0.0, "east": 0.0}
     direction = ("north", "east")
     froude: ClassVar[Mapping[str, float]] = {"north": 0.5, "east": 0.5}
+    scaled_by: ClassVar[Mapping[str, float]] = {"ln_area": -0.5}
     starts = tuple(
         {"north": 3.0 * math.cos(k * math.pi / 4), "east": 3.0 * math.sin(k * math.pi / 4)} for k in range(8)
     )
