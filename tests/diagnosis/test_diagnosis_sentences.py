@@ -208,11 +208,12 @@ def test_what_may_be_a_part_of_another_form_is_said_to_be_what_it_looks_like() -
 
 
 def test_what_another_form_of_the_model_shows_is_said_to_be_what_it_looks_like() -> None:
-    text = said("unknown", form=["thrust gain"], curve=["drag that rises otherwise with the speed"])
-    assert "It looks like thrust gain; damping or drag of another form than the model's shows the same." in text
-    assert "rises otherwise" not in text
+    text = said("unknown", form=["thrust gain"])
+    assert "It looks like thrust gain. The same show: damping or drag of another form than the model's." in text
+    text = said("unknown", form=["bank suction"], curve=["forces that differ between turns"])
+    assert "It looks like bank suction. The same show: forces that differ between turns." in text
     text = said("unknown", curve=["drag that rises otherwise with the speed"])
-    assert text.endswith("It looks like drag that rises otherwise with the speed than the model's.")
+    assert text.endswith("It looks like drag that rises otherwise with the speed.")
 
 
 def test_what_does_not_predict_is_said_to_be_what_it_looks_like() -> None:

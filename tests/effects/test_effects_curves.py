@@ -1,4 +1,4 @@
-"""A drag that rises otherwise with the speed than the model's."""
+"""Forms of what is missing that are no cause: another drag curve, and forces of turns to one side."""
 
 from __future__ import annotations
 
@@ -55,3 +55,24 @@ def test_only_what_refers_to_a_speed_is_made_for_one() -> None:
     assert found.speed == 2.0
     wind = available()["wind"]
     assert wind.at_speed(2.0) is wind
+
+
+def test_turns_to_one_side_differ_and_straight_runs_do_not() -> None:
+    """In a turn to port the forces to the side and the moment are those to starboard, and the one ahead is reversed."""
+    names = {"surge": 4e-4, "force": 1e-3, "moment": 3e-4}
+    model = with_effects(load_model("mmg"), [available()["one_sided_turns"]])
+
+    def added(**motion: float) -> list[float]:
+        rates = [
+            Stepper(model, {f"one_sided_turns_{key}": value for key, value in asked.items()}) for asked in (names, {})
+        ]
+        with_it, without = (one.rate(0.0, one.first({"u": 1.0, **motion}), REST) for one in rates)
+        return [with_it[k] - without[k] for k in (0, 1, 2)]
+
+    states = [channel.name for channel in model.states]
+    assert states[:3] == ["u", "v", "r"]
+    assert added(v=0.1) == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
+    starboard, port = added(r=0.1), added(r=-0.1)
+    assert starboard[0] > 0.0
+    assert min(abs(value) for value in starboard) > 1e-5
+    assert port == pytest.approx([-starboard[0], starboard[1], starboard[2]])

@@ -22,7 +22,7 @@ from functools import partial
 
 from seatruth.diagnosis.clusters import NEEDED, Cluster, cluster_of, is_factor, merged
 from seatruth.diagnosis.hypotheses import Key
-from seatruth.diagnosis.other_forms import acting, alike, forms_in, is_only_form
+from seatruth.diagnosis.other_forms import acting, alike, forms_in, only_forms
 from seatruth.diagnosis.posterior import answers, leading, none_and_unknown
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import Hypothesis, Kind
@@ -149,7 +149,8 @@ def decide(
             break
         left = [replace(one, probability=one.probability / total) for one in left]
     # Whatever stands beside it: the model lacks something, and no effect is sure enough to be named.
-    formed, like = {*shape.values()}, dict.fromkeys([*form, *shape] if leads else [])
+    standing = only_forms(sets, effects, settings.least_alike * sets[first]) if shape else []
+    formed, like = {*shape.values()}, dict.fromkeys([*form, *shape, *standing] if leads else [])
     lacking = sum(p.probability for p in found if p.discrepancy or p.effects in formed or forms_in(p.effects, effects))
     unnamed = max(lacking, unknown + (sets[first] if gone & set(first) and gap else 0.0))
     if unnamed >= settings.name_threshold:
@@ -159,7 +160,7 @@ def decide(
             min(1.0, unnamed),
             True,
             (),
-            tuple(name for name in like if not is_only_form(name, effects)) or tuple(like),
+            tuple(like),
             along,
             part=tuple(part),
             refused=refused,

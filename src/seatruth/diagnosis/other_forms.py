@@ -7,8 +7,9 @@ the trials alone, and where it explains enough beyond forces of no name, it is m
 that stands beside another effect has a twin, too: with refitted coefficients it is a resistance that rises otherwise
 with the speed. For what trials left out refuse it is taken to be the same as for a term beside forces [S].
 
-A drag that rises otherwise with the speed takes part by itself (`drag_curve`). It is the form of the model and never a
-cause; an effect in whose place it can stand, as a thrust near one speed, is not named for what the two explain.
+Two forms of what is missing take part by themselves, and are never a cause: a drag that rises otherwise with the speed
+(`drag_curve`), and forces that differ between turns to port and to starboard (`one_sided_turns`). An effect in whose
+place one of them can stand, as a thrust near one speed, is not named for what the two explain.
 """
 
 from __future__ import annotations
@@ -42,8 +43,8 @@ _THRUST_LED, _THRUST_ACTED = 5, 0
 """The same for a factor on all thrust beside another effect, of these 247: in four cases the resistance was steeper
 than the model's, in one the hull was fouled on one side."""
 THRUST_ACTS = (_THRUST_ACTED + 1) / (_THRUST_LED + 2)
-_ONLY_FORM = "hydrodynamics.damping_or_lift.drag_curve"
-"""Cause that is the form of the model itself: no vehicle has a fault of that name."""
+_ONLY_FORM = ("hydrodynamics.damping_or_lift.drag_curve", "hydrodynamics.one_sided")
+"""Causes that only give what is missing a form: no vehicle has a fault of that name."""
 
 
 def _is_damping(name: str, effects: Mapping[str, Effect]) -> bool:
@@ -91,8 +92,8 @@ def standing_beside(key: Sequence[str], effects: Mapping[str, Effect]) -> tuple[
 
 
 def is_only_form(name: str, effects: Mapping[str, Effect]) -> bool:
-    """Whether an effect is a form of the model that no cause stands for."""
-    return is_within(effects[name].cause, _ONLY_FORM)
+    """Whether an effect is a form of what is missing that no cause stands for."""
+    return any(is_within(effects[name].cause, form) for form in _ONLY_FORM)
 
 
 def alike(key: Key, sets: Mapping[Key, float], effects: Mapping[str, Effect], least: float) -> dict[str, Key]:
@@ -122,6 +123,12 @@ def alike(key: Key, sets: Mapping[Key, float], effects: Mapping[str, Effect], le
             if sets.get(other, 0.0) >= least * sets[key]:
                 found[name] = other if held else key
     return found
+
+
+def only_forms(sets: Mapping[Key, float], effects: Mapping[str, Effect], least: float) -> list[str]:
+    """The forms of what is missing, in sets that are as probable as that."""
+    held = {name for key, probability in sets.items() if probability >= least for name in key}
+    return [name for name in effects if name in held and is_only_form(name, effects)]
 
 
 def _is_thrust(name: str, effects: Mapping[str, Effect]) -> bool:

@@ -216,10 +216,11 @@ def _named(
 
 
 def _of_another_form(titles: Sequence[str], curve: Sequence[str]) -> str:
-    """What fits, where damping or drag of another form than the model's would fit as well, or the form itself."""
+    """What fits, where another form of the model's forces would fit as well, or the form itself."""
     if titles:
-        return f"It looks like {listed(titles)}; damping or drag of another form than the model's shows the same."
-    return f"It looks like {listed(curve)} than the model's." if curve else ""
+        other = curve or ["damping or drag of another form than the model's"]
+        return f"It looks like {listed(titles)}. The same show: {listed(other)}."
+    return f"It looks like {listed(curve)}." if curve else ""
 
 
 def _part_of_it(titles: Sequence[str]) -> str:

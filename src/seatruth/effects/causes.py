@@ -103,6 +103,7 @@ _HYDRODYNAMICS = {
     "hydrodynamics.damping_or_lift.moment": "the moment of the hull at an angle to the flow",
     "hydrodynamics.added_mass_or_inertia": "added mass or inertia",
     "hydrodynamics.asymmetry": "an asymmetry of the hull",
+    "hydrodynamics.one_sided": "forces that differ between turns to port and to starboard",
     "hydrodynamics.external_body": "a tether or another body at the vehicle",
 }
 

@@ -1,4 +1,4 @@
-"""A drag that rises otherwise with the speed than the model's: a form of the model, and the cause of nothing."""
+"""What stands for the unknown, and is never named as a cause: another drag curve, and forces of turns to one side."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class DragCurve(Effect):
     """
 
     name = "drag_curve"
-    title = "drag that rises otherwise with the speed"
+    title = "drag that rises otherwise with the speed than the model's"
     cause = "hydrodynamics.damping_or_lift.drag_curve"
     number = 19
     equation = "X = -(|u / U|^power - 1) times the drag in straight motion, U the usual speed of the trials"
@@ -54,3 +54,44 @@ class DragCurve(Effect):
         usual = _FROUDE * math.sqrt(G * d.length) if self.speed is None else self.speed
         ratio = (u * u) / (usual * usual) + _SLOW * _SLOW
         return e._replace(X=e.X - (math.exp(0.5 * q.power * math.log(ratio)) - 1.0) * d.drag)
+
+
+class OneSidedTurns(Effect):
+    """Forces that differ between turns to port and to starboard: no cause, the trace of one that has no name here.
+
+    A flank that is fouled, a fin that stalls on one side, a jet that draws air in starboard turns: each acts in turns
+    to one side only. An error that is the same in all turns, as an offset of a rudder, shows a part of that, and so do
+    two such errors between them. It takes part in a diagnosis so that these are not named for it.
+    """
+
+    name = "one_sided_turns"
+    title = "forces that differ between turns to port and to starboard"
+    cause = "hydrodynamics.one_sided"
+    number = 28
+    equation = (
+        "X = surge rho/2 L^3 V r, Y = force rho/2 L^3 V |r|, N = moment rho/2 L^4 V |r|, V the speed through the water"
+    )
+    source = (
+        "[S] chosen here: a fifth of what a hull has in turns to both sides; [L] Y_r, N_r of the Mariner, 5e-3 and "
+        "1.7e-3 (Chislett and Strom-Tejsen 1965)"
+    )
+    acts_on = ("surge", "sway", "yaw")
+    confused_with = ("lateral_asymmetry", "rudder_offset", "bank", "heading_bias", "thrust_misalignment")
+    distinguished_by = "nothing in straight runs; of what acts there, an error of the same size in turns to both sides"
+    needs_states = ("u", "v", "r")
+    needs_vehicle = ("dimensions",)
+    parameters = (
+        Parameter(
+            "surge", 5e-4, "1", -0.1, 0.1, source="[S] chosen here", description="forward, in turns to starboard"
+        ),
+        Parameter("force", 1e-3, "1", -0.1, 0.1, source="[S] a fifth of Y_r", description="to starboard"),
+        Parameter("moment", 3e-4, "1", -0.1, 0.1, source="[S] a fifth of N_r", description="bow to starboard"),
+    )
+    null: Mapping[str, float] = {"surge": 0.0, "force": 0.0, "moment": 0.0}
+
+    @staticmethod
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+        u, v = s.u - e.u_c, s.v - e.v_c
+        unit = 0.5 * d.rho * d.length**3 * math.sqrt(u * u + v * v + 1e-12)
+        one, both = unit * s.r, unit * abs(s.r)
+        return e._replace(X=e.X + one * q.surge, Y=e.Y + both * q.force, N=e.N + d.length * both * q.moment)
