@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from seatruth import BadInput, Channel, Model, Parameter
-from seatruth.effects import load_effects, with_effects
+from seatruth.effects import available, load_effects, with_effects
 from seatruth.effects.turned_thrusters import check_turned_thrusters
 from seatruth.models import Dimensions, Rudder, Thruster
 from seatruth.simulate import simulator
@@ -73,6 +73,21 @@ def test_a_mounting_of_a_pod_that_is_off_is_an_angle_that_is_off() -> None:
     turned = run(with_effects(Tug(), [direction]), {"thruster_direction_azimuth": 0.1})
     off = run(with_effects(Tug(), [offset]), {"rudder_offset_angle": 0.1})
     assert turned == pytest.approx(off, rel=1e-6, abs=1e-9)
+    # So a diagnosis tries one of the two; that of a thruster that no rudder turns stays.
+    known = available()
+    assert known["thruster_direction"].candidates(Tug()) == ()
+    assert known["rudder_offset"].candidates(Tug()) != ()
+
+    class WithBowThruster(Tug):
+        inputs = (*Tug.inputs, Channel("n_bow", "rev/s"))
+        actuators = (*Tug.actuators, Thruster("bow", "n_bow", at=(1.5, 0.0, 0.0), towards=(0.0, 1.0, 0.0), full=10.0))
+
+        @staticmethod
+        def thrusts(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+            return (*Tug.thrusts(s, i, p, e), p.k * i.n_bow * abs(i.n_bow))
+
+    tried = [form.name for form in known["thruster_direction"].candidates(WithBowThruster())]
+    assert tried == ["thruster_direction", "thruster_direction_bow"]
 
 
 @pytest.mark.parametrize(("sign", "said"), [(1.0, '"azimuth"'), (-1.0, '"-azimuth"')])

@@ -281,6 +281,14 @@ class ThrusterDirection(OnThrusters):
     parameters = (Parameter("azimuth", 0.05, "rad", -0.8, 0.8, source="[S] 3 deg", description="clockwise from above"),)
     null: Mapping[str, float] = {"azimuth": 0.0}
 
+    def candidates(self, model: Model) -> tuple[Effect, ...]:
+        """See `Effect.candidates`; none of a pod or a jet whose angle is a rudder's: that one's offset is the same."""
+        steered = {f"{sign}{one.input}" for one in model.actuators if one.kind == "rudder" for sign in ("", "-")}
+        pods = {one.name for one in model.actuators if isinstance(one, Thruster) and one.turned_by in steered}
+        return tuple(
+            form for form in super().candidates(model) if not {one.name for one in targets(form, model)} <= pods
+        )
+
     @staticmethod
     def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         one = d.thruster
