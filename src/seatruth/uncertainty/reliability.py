@@ -193,8 +193,8 @@ def beyond_noise(cost: StudyCost, x: Array, *, starts_free: bool = False) -> Fin
         "warning",
         "beyond-noise",
         f"The fit misses what the records show by much more than their noise: {said}. Something is missing from the "
-        "model, or the initial states are wrong, and the parameters make up for it: true values can lie outside their "
-        "intervals.",
+        "model, the initial states are wrong, or the sensors have slow errors beside the stated white noise. The "
+        "parameters make up for it: true values can lie outside their intervals.",
         "search",
         f"Look at the residuals in the report, {starts}and let `seatruth diagnose` look for the cause.",
     )
