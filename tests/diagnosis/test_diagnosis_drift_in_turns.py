@@ -10,7 +10,7 @@ import pytest
 from boat_case import Boat, study, trials, zigzag
 from decided_by_hand import decided, hypotheses
 
-from seatruth.diagnosis.drift_in_turns import look_like_drift, without_drift
+from seatruth.diagnosis.drift_in_turns import drift_error, look_like_drift, without_drift
 from seatruth.diagnosis.initial_guess import moved_to
 from seatruth.diagnosis.parts import Fold, Validation
 from seatruth.diagnosis.problem import Problem
@@ -77,3 +77,36 @@ def test_what_stands_beside_it_stays() -> None:
     left = without_drift(said, hypotheses(*entries), ("position_delay",), lambda key: None)
     assert ([one.effects for one in left.clusters], left.shown) == ([("heading_bias",)], ("heading_bias",))
     assert left.drift == ("position_delay",)
+
+
+class Tracked(Boat):
+    """The boat as most logs have it: without its speed abeam."""
+
+    name = "tracked"
+    outputs = tuple(channel for channel in Boat.outputs if channel.name != "v")
+
+    @staticmethod
+    def initial_state(y: Any, i: Any, p: Any) -> tuple[Any, ...]:
+        return y.u, 0.0, y.r, y.psi, y.x, y.y
+
+
+def test_the_usual_error_of_the_drift_stays_in_an_arm_and_a_delay() -> None:
+    """A drift of about 2 m/s for each rad/s shows as an arm of 2 m: 0.03 of it is 0.06 m, and 0.03 s at 2 m/s."""
+    inputs = [{"delta": zigzag(120, 0.2, 20.0)}, {"delta": zigzag(120, 0.1, 40.0)}]
+    problem = Problem(
+        study(Tracked(), trials(Tracked(), inputs, headings=(0.0, 1.0))), load_effects(EFFECTS), Settings()
+    )
+
+    def part(name: str, values: Mapping[str, float], discrepancy: bool = True, of: Problem = problem) -> float:
+        at = moved_to(of, of.start, name, of.mean[of.columns[name]] * 0.0 + [*values.values()])
+        return drift_error(of, cast(Any, SimpleNamespace(point=at, discrepancy=discrepancy)), name)
+
+    arm = {"forward": 0.5, "starboard": 0.0}
+    assert part("position_lever_arm", arm) * 0.5 == pytest.approx(0.06, rel=0.2)
+    assert part("position_delay", {"tau": 0.5}) * 0.5 == pytest.approx(0.03, rel=0.2)
+    assert part("position_lever_arm", arm, discrepancy=False) == 0.0  # the model lacks nothing
+    assert part("position_lever_arm", {"forward": 0.05, "starboard": 0.5}) == 0.0  # no drift is abeam
+    assert part("position_lever_arm", {"forward": 0.0, "starboard": 0.0}) == 0.0
+    assert part("heading_bias", {"b": 0.05}) == part("current", {"north": 0.1, "east": 0.0}) == 0.0
+    seen = Problem(study(Boat(), trials(Boat(), inputs, headings=(0.0, 1.0))), load_effects(EFFECTS), Settings())
+    assert part("position_lever_arm", arm, of=seen) == 0.0  # the trials show the drift itself

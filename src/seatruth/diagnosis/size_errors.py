@@ -15,6 +15,7 @@ import numpy as np
 from scipy.special import ndtr, stdtrit
 
 from seatruth.arrays import Array
+from seatruth.diagnosis.drift_in_turns import drift_error
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.sections import left_out_together
@@ -37,7 +38,7 @@ def size_errors(problem: Problem, fit: Fit) -> Array:
 def sizes_of(problem: Problem, fit: Fit, name: str) -> tuple[EffectParameter, ...]:
     """The parameters of an effect as a fit has them, with these errors and what its form leaves open."""
     effect, errors, at = problem.effects[name], size_errors(problem, fit), fit.point.shared
-    found, part = list[EffectParameter](), _error_of_form(problem, name)
+    found, part = list[EffectParameter](), math.hypot(_error_of_form(problem, name), drift_error(problem, fit, name))
     for q, k in zip(effect.parameters, problem.columns[name]):
         value, null = float(at[k]), float(effect.null[q.name])
         of_form = part * abs(value - null) if q.name in effect.magnitudes else 0.0
