@@ -19,10 +19,10 @@ from fmu_ships import PORTS, ship_fmu, zigzag
 
 from seatruth import load_model, simulator
 from seatruth.effects import available, load_effects, with_effects
-from seatruth.effects.base import dimensions_of
 from seatruth.effects.black_box import ExtendedBlackBox
 from seatruth.effects.kinematics import to_body_axes
 from seatruth.effects.through_ports import OutsideEffects, at_ports
+from seatruth.effects.vehicle import dimensions_of
 from seatruth.errors import BadInput
 from seatruth.models import FMU, BlackBox, Environment, Model, Observation, Ports, Thruster, load_fmu
 from seatruth.models.measures import Motion

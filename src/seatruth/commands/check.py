@@ -46,9 +46,10 @@ def check(
             findings = gravest_first([*findings, *reversed_inputs(loaded)])
         _show(findings)
         errors = sum(finding.severity == "error" for finding in findings)
-        moved = None
+        moved, lacks = None, dict[str, list[str]]()
         if preview and not errors:
             moved = _preview(loaded)
+            lacks = _lacks(loaded)
         elif preview:
             say("\nThe preview of what the trials can move is left out until the errors are put right.")
         cost = [] if errors else say_cost(loaded, None)
@@ -60,10 +61,23 @@ def check(
         "findings": [vars(finding) for finding in findings],
         "errors": errors,
         "preview": moved,
+        "effects_lacking": lacks,
         "cost": cost,
         "reasons": [] if moved is None else moved.attrs["reasons"],
     }
     return Result(data, 1 if errors else 0)
+
+
+def _lacks(study: Study) -> dict[str, list[str]]:
+    """Effects that a diagnosis cannot try for want of something in the model, by that reason."""
+    from seatruth.effects.lacking import lacking
+
+    found = {} if study.cost.kind == "formula" else lacking(study.model)
+    if found:
+        say("\nEffects that a diagnosis cannot try, and why:")
+    for reason, names in found.items():
+        say(f"- {listed(names, 6)}: {reason}")
+    return found
 
 
 def _steps(steps: Sequence[Any]) -> str:

@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
-from seatruth.effects.base import EQUATIONS, Effect, dimensions_of
+from seatruth.effects.base import EQUATIONS, Effect
 from seatruth.effects.black_box import ExtendedBlackBox
 from seatruth.effects.extended import ExtendedModel, with_effects
+from seatruth.effects.vehicle import dimensions_of
 from seatruth.errors import BadInput, PluginError, nearest
 from seatruth.models.base import Model
 from seatruth.models.user_file import is_file, load_object

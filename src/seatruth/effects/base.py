@@ -35,11 +35,10 @@ from seatruth.effects.causes import CAUSES, ROOT, children, is_cause
 from seatruth.effects.port_needs import lacks_port
 from seatruth.effects.targets import aliases_of, targets
 from seatruth.effects.undeclared_actuators import USUAL
-from seatruth.effects.vehicle import role_of
+from seatruth.effects.vehicle import dimensions_of, role_of
 from seatruth.errors import PluginError, nearest
-from seatruth.models.base import Model, record
+from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
-from seatruth.models.geometry import Dimensions
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial
@@ -61,6 +60,8 @@ UNDECLARED = "the model does not declare its"
 """Begin of the reason why an effect cannot act, where the model lacks a function that its author may add."""
 NO_ENVIRONMENT = "the model's rhs takes no environment e"
 """Begin of the reason why an outside force cannot act on a model of equations."""
+NO_PARAMETER = "the model has none of the parameters"
+"""Begin of the reason why an effect that scales coefficients cannot act: it knows these by their names."""
 FULL_SIZE = 100.0
 """m: length of a ship from which typical magnitudes are full ones; chosen here [S]."""
 
@@ -350,7 +351,7 @@ class Effect:
                     return "it is one propeller's, and the model's thrusters have effects of their own"
                 return f"{UNDECLARED} {role}"
         if self.needs_parameters and not {q.name for q in model.parameters} & {*self.needs_parameters}:
-            return f"the model has none of the parameters {', '.join(self.needs_parameters)}"
+            return f"{NO_PARAMETER} {', '.join(self.needs_parameters)}"
         return ""
 
     def _no_thruster(self) -> str:
@@ -390,11 +391,3 @@ def _check(effect: Effect) -> None:
         do = nearest(effect.cause, [path for path in CAUSES if path]) if effect.cause else ""
         families = ", ".join(children(ROOT))
         raise PluginError(what, where=where, do=do or f"State one of {families}, or a node below one of them.")
-
-
-def dimensions_of(model: Model) -> Dimensions | None:
-    """A model's size at its nominal parameters, as numbers; None where it declares none."""
-    if model.dimensions is None:
-        return None
-    p = record("Parameters", model.parameters)(**model.nominal())
-    return Dimensions(*(None if x is None else float(x) for x in model.dimensions(p)))

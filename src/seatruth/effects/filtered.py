@@ -6,7 +6,8 @@ import math
 from copy import copy
 from typing import Any
 
-from seatruth.effects.base import FULL_SIZE, Effect, dimensions_of
+from seatruth.effects.base import FULL_SIZE, Effect
+from seatruth.effects.vehicle import dimensions_of
 from seatruth.models.base import Model
 
 SLOWEST = 0.5

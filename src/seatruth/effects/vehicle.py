@@ -12,7 +12,7 @@ from seatruth.effects.undeclared_actuators import drive_inputs, resting_inputs
 from seatruth.models.actuators import Thrust, Thruster, at_full_power, entry, turned
 from seatruth.models.base import Environment, Model, record
 from seatruth.models.black_box import BlackBox
-from seatruth.models.geometry import Vehicle
+from seatruth.models.geometry import Dimensions, Vehicle
 from seatruth.trials.channel import Channel
 
 Role = Callable[..., Any]
@@ -36,6 +36,14 @@ def role_of(model: Model, role: str) -> Any:
     if declared is None and role == "drag":
         return straight_drag(model)
     return straight_thrust(model) if declared is None and role == "thrust" else declared
+
+
+def dimensions_of(model: Model) -> Dimensions | None:
+    """A model's size at its nominal parameters, as numbers; None where it declares none."""
+    if model.dimensions is None:
+        return None
+    p = record("Parameters", model.parameters)(**model.nominal())
+    return Dimensions(*(None if x is None else float(x) for x in model.dimensions(p)))
 
 
 def unseen(model: Model, role: str) -> str:

@@ -6,8 +6,9 @@ import math
 from collections.abc import Mapping
 from typing import Any, ClassVar, NamedTuple
 
-from seatruth.effects.base import Effect, dimensions_of
+from seatruth.effects.base import Effect
 from seatruth.effects.kinematics import G, to_body_axes
+from seatruth.effects.vehicle import dimensions_of
 from seatruth.models.base import Model
 from seatruth.models.parameter import Parameter, Prior
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from seatruth.effects.base import dimensions_of
+from seatruth.effects.vehicle import dimensions_of
 from seatruth.models.base import Model
 from seatruth.study.fields import Fields
 from seatruth.study.infer_columns import InferredColumn

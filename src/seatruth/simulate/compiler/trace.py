@@ -19,7 +19,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seatruth.errors import PluginError, SeatruthError
+from seatruth.models.actuators import Thruster
 from seatruth.models.base import Environment, Model, record
+from seatruth.models.geometry import Dimensions
 from seatruth.models.servo import Servo, stages
 from seatruth.models.user_file import name_missing
 from seatruth.simulate.compiler.branches import every_way, merging
@@ -32,6 +34,8 @@ _NUMPY_NAMES = {
     **{"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arcsinh": "asinh", "arccosh": "acosh"},
     **{"arctanh": "atanh", "arctan2": "atan2", "absolute": "abs", "fabs": "abs", "power": "pow"},
 }
+_BRACKETS = "tuple indices must be integers"
+_BY_NAME = "Write p.m, not p['m']: states, inputs and parameters are attributes."
 _STDLIB = sysconfig.get_paths()["stdlib"]
 _CONVERSIONS = ("float64", "float32", "asarray", "array", "real")
 
@@ -121,6 +125,44 @@ def trace(model: Model) -> Equations:
     )
 
 
+def trace_vehicle(model: Model) -> None:
+    """Tries what a model declares for effects alone: its dimensions, thrust, thrusts and drag.
+
+    Effects call these within the equations. So PluginError is raised, with the file and line, where one of them cannot
+    be compiled or does not give what it should.
+    """
+    graph = Graph()
+
+    def leaves(kind: str, channels: Sequence[Any]) -> tuple[Node, ...]:
+        return tuple(graph.leaf(kind, k, BOTH) for k in range(len(channels)))
+
+    s = record("States", model.states)(*leaves("state", model.states))
+    i = record("Inputs", model.inputs)(*leaves("input", model.inputs))
+    p = record("Parameters", model.parameters)(*leaves("parameter", model.parameters))
+    thrusters = [one for one in model.actuators if isinstance(one, Thruster)]
+
+    def sizes(p: Any) -> tuple[Any, ...]:
+        return tuple(value for value in Dimensions(*model.dimensions(p)) if value is not None)
+
+    if model.dimensions is not None:
+        _explore(graph, model, "dimensions", Shims(graph).rebuilt(sizes), (p,), None)
+    for role, one in (("thrust", model.thrust), ("drag", model.drag)):
+        if one is not None:
+            _explore(graph, model, role, _alone(Shims(graph).rebuilt(one)), (s, i, p, Environment()), 1)
+    if model.thrusts is not None:
+        arguments = s, i, p, Environment()
+        _explore(graph, model, "thrusts", Shims(graph).rebuilt(model.thrusts), arguments, len(thrusters))
+
+
+def _alone(function: Callable[..., Any]) -> Callable[..., tuple[Any]]:
+    """The same, for a function that gives one value, which stands alone."""
+
+    def value(*arguments: Any) -> tuple[Any]:
+        return (function(*arguments),)
+
+    return value
+
+
 def _step_of(servo: Servo, step: tuple[Node, Node, Node, Node]) -> Callable[..., tuple[Node, ...]]:
     """What the servo gives in a step, as a function of what a model's equations get."""
     settings = servo.settings
@@ -132,7 +174,7 @@ def _step_of(servo: Servo, step: tuple[Node, Node, Node, Node]) -> Callable[...,
 
 
 def _explore(
-    graph: Graph, model: Model, role: str, function: Callable[..., Any], arguments: tuple[Any, ...], size: int
+    graph: Graph, model: Model, role: str, function: Callable[..., Any], arguments: tuple[Any, ...], size: int | None
 ) -> tuple[Node, ...]:
     """Runs the function along every way through its conditions and merges the results."""
     graph.path, graph.planned, graph.asked = [], (), 0
@@ -141,9 +183,9 @@ def _explore(
         returned = function(*arguments)
         if returned is None or isinstance(returned, (Node, int, float)):
             what = "nothing" if returned is None else "one bare value"
-            raise NotTraceable(f"it returns {what}, not a tuple of {size}")
+            raise NotTraceable(f"it returns {what}, not a tuple{f' of {size}' if size is not None else ''}")
         found = tuple(returned)
-        if len(found) != size:
+        if size is not None and len(found) != size:
             raise NotTraceable(f"it returns {len(found)} values, {size} are declared")
         return tuple(graph.number(value) for value in found)
 
@@ -168,7 +210,9 @@ def _explore(
         raise PluginError(
             f"{role} cannot be compiled: {_reason(problem)}",
             where=_place(model, problem),
-            do="Use arithmetic, comparisons, `if`, and the functions of `math`, or wrap the model as a BlackBox.",
+            do=_BY_NAME
+            if _BRACKETS in str(problem)
+            else "Use arithmetic, comparisons, `if`, and the functions of `math`, or wrap the model as a BlackBox.",
         ) from problem
 
 
