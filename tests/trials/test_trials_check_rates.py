@@ -11,6 +11,20 @@ from seatruth.trials import check_trials
 GOOD = zigzag(amplitude=0.5, period=80)
 
 
+def test_a_rate_that_wanders_has_no_offset() -> None:
+    """By 0.05 deg/s, which it forgets in a minute: of these eight runs of 15 min four would have an offset."""
+    run, told = zigzag(amplitude=0.5, period=80, seconds=900.0), 0
+    keep = np.exp(-np.diff(run.t) / 60.0)
+    for seed in range(8):
+        kicks = np.random.default_rng(seed).normal(size=len(run))
+        wander = kicks.copy()
+        for k, kept in enumerate(keep):
+            wander[k + 1] = kept * wander[k] + np.sqrt(1.0 - kept**2) * kicks[k + 1]
+        found = check_trials([altered(run, {"r": lambda a, w=wander: a + np.radians(0.05) * w})])
+        told += any(f.code == "psi-r-offset" for f in found)
+    assert told == 0
+
+
 @pytest.mark.parametrize("bias", [0.4, -0.25])
 def test_the_bias_of_a_rate_is_told_with_its_size(bias: float) -> None:
     found = check_trials([altered(GOOD, {"r": lambda a: a + np.radians(bias)})])

@@ -39,7 +39,8 @@ NOISE = (
     '"estimate" (the default), which estimates it from the residuals. That of latitude and longitude is read in '
     'metres, "0.1 m": it is that of x and y, which they become. To `identify` it is all that model and sensors miss, '
     "by which channels and priors are weighed; `diagnose` takes it for the white part, as a data sheet has it, and "
-    "finds slow errors beside it."
+    "finds slow errors beside it. So leave a data sheet's value out for `identify`, unless the model is as good as "
+    "that: it draws coefficients far from their priors to fit what a model of another form cannot."
 )
 
 

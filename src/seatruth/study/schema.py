@@ -177,7 +177,9 @@ class ModelTable(Table):
 
 
 class PriorTable(Table):
-    """A normal prior N(mean, sd) on a parameter."""
+    """A normal prior N(mean, sd) on a parameter. Without one, `diagnose` believes a free one to 20 % of its value, far
+    too little for one that is small by chance, as a cross term.
+    """
 
     mean: FiniteFloat = Field(description="Mean, in the parameter's unit.")
     sd: Annotated[FiniteFloat, Field(gt=0)] = Field(description="Standard deviation, in the parameter's unit.")

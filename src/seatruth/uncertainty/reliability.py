@@ -189,6 +189,8 @@ def beyond_noise(cost: StudyCost, x: Array, *, starts_free: bool = False) -> Fin
         return None
     said = listed([text for _, text in sorted(found, reverse=True)[:_MOST_NAMED]])
     starts = "" if starts_free else "free the initial states, "
+    estimated = all(name in cost.estimated for name in cost.sigma)
+    stated = "" if estimated else "leave `[noise]` out, so that it is what the model misses, "
     return Finding(
         "warning",
         "beyond-noise",
@@ -196,7 +198,7 @@ def beyond_noise(cost: StudyCost, x: Array, *, starts_free: bool = False) -> Fin
         "model, the initial states are wrong, or the sensors have slow errors beside the stated white noise. The "
         "parameters make up for it: true values can lie outside their intervals.",
         "search",
-        f"Look at the residuals in the report, {starts}and let `seatruth diagnose` look for the cause.",
+        f"Look at the residuals in the report, {starts}{stated}and let `seatruth diagnose` look for the cause.",
     )
 
 

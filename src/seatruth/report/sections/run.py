@@ -22,7 +22,7 @@ _LONGEST = 400
 
 def summary(data: View, album: Album) -> Section:
     """How it ended, how well it fits, what is known, what to look at first."""
-    texts = [ending(data), fit_in_words(data), parameters_in_words(data)]
+    texts = [ending(data), fit_in_words(data), parameters_in_words(data.parameters)]
     blocks: list[Block] = [Text(" ".join(text for text in texts if text))]
     look = worries(data)
     if look:

@@ -90,9 +90,8 @@ def _gain(rows: pd.DataFrame) -> str:
     return f"The residuals are typically {times(middle)} smaller than with the starting values."
 
 
-def parameters_in_words(data: View) -> str:
-    """How many parameters are known, and which are not."""
-    frame = data.parameters
+def parameters_in_words(frame: pd.DataFrame) -> str:
+    """How many parameters of a table are known, and which are not."""
     if not len(frame):
         return ""
     verdicts = frame["verdict"]

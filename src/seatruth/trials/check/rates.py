@@ -32,6 +32,10 @@ _TIMES = 0.3
 too far apart bring the noise of the angle into every window."""
 
 
+_MOST_ALIKE = 0.95
+"""[S] Correlation of neighbouring windows above which too few of them are left to tell it."""
+
+
 def check_rates(trial: Trial) -> Iterator[Finding]:
     """Sign, scale and agreement of each angle with its rate."""
     for angle, rate in _PAIRS:
@@ -158,12 +162,22 @@ def _angle_against_rate(trial: Trial, angle: str, rate: str) -> Iterator[Finding
     yield from _offset(trial, angle, rate, change, expected, seconds)
 
 
+def _alike(left: Array) -> float:
+    """Factor on a variance where what is left of one window is like that of the next, as of a gyro that wanders.
+
+    That of a mean of a first-order series (Bartlett 1946): 1 for noise that forgets itself from window to window.
+    """
+    whole = float(left @ left)
+    rho = min(max(float(left[:-1] @ left[1:]) / whole, 0.0), _MOST_ALIKE) if whole > 0.0 else 0.0
+    return (1.0 + rho) / (1.0 - rho)
+
+
 def _offset(trial: Trial, angle: str, rate: str, change: Array, expected: Array, seconds: Array) -> Iterator[Finding]:
     """What a rate shows too much all the time, beside a factor: both change with the windows' (w,) in another way."""
     A = np.stack([expected, seconds], axis=1)
     fitted, *_ = np.linalg.lstsq(A, change, rcond=None)
     drift, left = float(fitted[1]), change - A @ fitted
-    variance = float(left @ left) / max(change.size - 2, 1) * np.linalg.pinv(A.T @ A)[1, 1]
+    variance = float(left @ left) / max(change.size - 2, 1) * np.linalg.pinv(A.T @ A)[1, 1] * _alike(left)
     whole = abs(drift) * float(seconds.sum())
     if whole < limits.HEADING_OFF or abs(drift) < limits.SIGNIFICANT * math.sqrt(variance):
         return
