@@ -2,16 +2,18 @@
 
 A diagnosis looks at slow signatures: a log at 20 Hz says no more about them than the same log at 2 Hz, and takes ten
 times as long. Inputs are averaged over each new interval, so that a step of the rudder keeps its time. Of the outputs,
-every n-th sample is kept as it was recorded.
+every n-th sample is kept as it was recorded; of a sensor that is slower than the log, those that it has.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from seatruth.arrays import Indices
+from seatruth.text import listed
 from seatruth.trials.trial import Step, Trial
 
 MAX_SAMPLES = 9000
@@ -21,34 +23,58 @@ MAX_COMPARED = 14000
 _MAX_STEP = 1.0
 """s: longest new sampling step; vehicles of a few metres turn within a few seconds. Chosen here [S]."""
 
+_AS_MANY = 0.9
+"""Part of the samples of a channel from which on another counts as one of its rate. [S] Each has gaps of its own."""
+
 
 def decimate(trials: Sequence[Trial], outputs: Sequence[str]) -> list[Trial]:
     """The trials with at most about MAX_SAMPLES samples and MAX_COMPARED compared samples of the named outputs.
 
     A longer sampling step comes first; if that is not enough, fewer samples of the outputs are compared (the others
-    become NaN). Trials that are short enough are returned as they are.
+    become NaN), of those that have the most. Slow sensors keep theirs, which take up to as many samples again. Trials
+    that are short enough are returned as they are.
 
     Example: `decimate([trial], ["u", "r"])` keeps every seventh sample of a trial of 60 000.
     """
     total = sum(len(trial) for trial in trials)
     step = max(float(np.median(np.diff(trial.t))) for trial in trials)
     stride = max(1, min(math.ceil(total / MAX_SAMPLES), int(_MAX_STEP / step) if step > 0 else 1))
-    shorter = [_decimated(trial, stride) for trial in trials]
-    rows = sum(int(np.isfinite(trial.outputs[n]).sum()) for trial in shorter for n in outputs if n in trial.outputs)
-    skip = math.ceil(rows / MAX_COMPARED)
-    return [_with_fewer_compared(trial, skip, outputs) for trial in shorter]
+    shorter = [_decimated(trial, stride, outputs) for trial in trials]
+    skips = _skips({n: sum(_count(trial, n) for trial in shorter) for n in outputs}, MAX_COMPARED)
+    return [_with_fewer_compared(trial, skips) for trial in shorter]
 
 
-def _decimated(trial: Trial, stride: int) -> Trial:
+def _count(trial: Trial, output: str) -> int:
+    return int(np.isfinite(trial.outputs[output]).sum()) if output in trial.outputs else 0
+
+
+def _skips(counts: Mapping[str, int], whole: int) -> dict[str, int]:
+    """Of each output every n-th sample is compared, where all together may be `whole`; those with 1 are left out.
+
+    Outputs with most samples, and those with nearly as many, are thinned first.
+    """
+    skips = {name: 1 for name, count in counts.items() if count}
+    while True:
+        kept = {name: counts[name] / skip for name, skip in skips.items()}
+        if sum(kept.values()) <= whole:
+            return {name: skip for name, skip in skips.items() if skip > 1}
+        most = counts[max(kept, key=lambda name: kept[name])]
+        for name in skips:
+            skips[name] += _AS_MANY * most <= counts[name] <= most / _AS_MANY
+
+
+def _decimated(trial: Trial, stride: int, outputs: Sequence[str]) -> Trial:
     if stride == 1 or len(trial) < 20 * stride:
         return trial
-    at = np.arange(0, len(trial), stride)
-    half = stride // 2
+    at = _kept(trial, stride, outputs)
+    steps = np.diff(at, prepend=at[0] - stride)
+    begin = at - steps // 2
+    end = np.append(begin[1:], at[-1] + stride - stride // 2)
 
     def averaged(values: np.ndarray) -> np.ndarray:
-        padded = np.concatenate([np.full(half, values[0]), values, np.full(stride, values[-1])])
+        padded = np.concatenate([np.full(stride, values[0]), values, np.full(stride, values[-1])])
         sums = np.cumsum(np.concatenate([[0.0], padded]))
-        return np.asarray((sums[at + stride] - sums[at]) / stride)
+        return np.asarray((sums[end + stride] - sums[begin + stride]) / (end - begin))
 
     return trial.with_step(
         Step("decimate", {"every": stride}, f"kept {len(at)} of {len(trial)} samples, inputs averaged between them"),
@@ -59,13 +85,32 @@ def _decimated(trial: Trial, stride: int) -> Trial:
     )
 
 
-def _with_fewer_compared(trial: Trial, skip: int, outputs: Sequence[str]) -> Trial:
-    """The trial with every `skip`-th sample of the outputs; the others are NaN."""
-    if skip <= 1:
+def _kept(trial: Trial, stride: int, outputs: Sequence[str]) -> Indices:
+    """Every `stride`-th row, and of channels that have their samples between these as many rows again."""
+    at = np.arange(0, len(trial), stride)
+    rows = [at]
+    for name in (n for n in outputs if n in trial.outputs):
+        valid = np.flatnonzero(np.isfinite(trial.outputs[name]))
+        own = valid[:: math.ceil(len(valid) / len(at)) or 1]
+        if np.isfinite(trial.outputs[name][at]).sum() < len(own) / 2:
+            rows.append(own)
+    return np.unique(np.concatenate(rows))
+
+
+def _with_fewer_compared(trial: Trial, skips: Mapping[str, int]) -> Trial:
+    """The trial with every n-th valid sample of some outputs; the others are NaN."""
+    skips = {name: skip for name, skip in skips.items() if _count(trial, name)}
+    if not skips:
         return trial
-    keep = np.zeros(len(trial), dtype=bool)
-    keep[::skip] = True
-    return trial.with_step(
-        Step("compare", {"every": skip}, f"every {skip}th sample of the outputs is compared"),
-        outputs={n: np.where(keep, v, np.nan) if n in outputs else v for n, v in trial.outputs.items()},
-    )
+    outputs = dict(trial.outputs)
+    for name, skip in skips.items():
+        kept = np.flatnonzero(np.isfinite(outputs[name]))[::skip]
+        values = np.full(len(trial), np.nan)
+        values[kept] = outputs[name][kept]
+        outputs[name] = values
+    said = listed([f"every {skip}{_ending(skip)} sample of {name}" for name, skip in skips.items()])
+    return trial.with_step(Step("compare", {"every": skips}, f"{said} is compared"), outputs=outputs)
+
+
+def _ending(number: int) -> str:
+    return {2: "nd", 3: "rd"}.get(number if number < 20 else number % 10, "th")
