@@ -49,8 +49,7 @@ from seatruth import (
     simulator,
 )
 from seatruth.costs import cost_of
-from seatruth.effects import load_effects, with_effects
-from seatruth.effects.base import dimensions_of
+from seatruth.effects import dimensions_of, load_effects, with_effects
 from seatruth.models import Environment
 from seatruth.models.mmg import motion
 

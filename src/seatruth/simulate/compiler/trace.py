@@ -141,10 +141,12 @@ def trace_vehicle(model: Model) -> None:
     p = record("Parameters", model.parameters)(*leaves("parameter", model.parameters))
     thrusters = [one for one in model.actuators if isinstance(one, Thruster)]
 
-    def sizes(p: Any) -> tuple[Any, ...]:
-        return tuple(value for value in Dimensions(*model.dimensions(p)) if value is not None)
+    dimensions = model.dimensions
+    if dimensions is not None:
 
-    if model.dimensions is not None:
+        def sizes(p: Any) -> tuple[Any, ...]:
+            return tuple(value for value in Dimensions(*dimensions(p)) if value is not None)
+
         _explore(graph, model, "dimensions", Shims(graph).rebuilt(sizes), (p,), None)
     for role, one in (("thrust", model.thrust), ("drag", model.drag)):
         if one is not None:
