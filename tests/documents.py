@@ -26,7 +26,7 @@ def execute(document: str, **given: Any) -> dict[str, Any]:
     namespace: dict[str, Any] = {"__name__": "document", **given}
     for name, text in files(document).items():
         Path(name).write_text(text)
-    for line, kind, block in _blocks(document):
+    for line, kind, block in blocks(document):
         if _FILE.match(block):
             continue
         if kind == "python":
@@ -50,11 +50,11 @@ def install(document: str, folder: Path) -> None:
 
 def files(document: str) -> dict[str, str]:
     """The files that a document shows, by name."""
-    named = ((_FILE.match(block), block) for _, _, block in _blocks(document))
+    named = ((_FILE.match(block), block) for _, _, block in blocks(document))
     return {found[1]: block for found, block in named if found}
 
 
-def _blocks(document: str) -> Iterator[tuple[int, str, str]]:
+def blocks(document: str) -> Iterator[tuple[int, str, str]]:
     """First line, kind and text of each block."""
     text = (ROOT / document).read_text()
     for found in _BLOCK.finditer(text):

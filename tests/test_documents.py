@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from documents import ROOT, execute, files, install
+from documents import ROOT, blocks, execute, files, install
 from fmu_ships import ship_fmu
 
 from seatruth import identify, load_model, load_study
@@ -111,6 +111,44 @@ def test_the_how_to_of_an_fmu(folder: Path) -> None:
     execute("docs/how-to/fmu.md")
     assert (folder / "study-result" / "report.html").exists()
     assert 'inputs = ["delta", "n"]' in (folder / "zigzag.toml").read_text()
+
+
+PLANE = """
+from seatruth import Channel, Model, Parameter
+
+UNITS = {"u": "m/s", "v": "m/s", "r": "rad/s", "psi": "rad", "x": "m", "y": "m"}
+
+
+class Plane(Model):
+    name = "plane"
+    kind = "auv"
+    states = outputs = tuple(Channel(name, unit, angle=name == "psi") for name, unit in UNITS.items())
+    inputs = tuple(Channel(f"c_{k}", "1") for k in range(1, 5))
+    parameters = (Parameter("d", 1.0, "1/s", min=0.1, max=9.0),)
+
+    @staticmethod
+    def rhs(s, i, p):
+        return i.c_1 - p.d * s.u, i.c_2 - s.v, i.c_3 + i.c_4 - s.r, s.r, s.u, s.v
+"""
+
+
+def test_the_study_of_an_rov(folder: Path) -> None:
+    """The page's tables on rows of 10 Hz, with cells that are empty where a sensor has no sample."""
+    (study,) = [block for _, kind, block in blocks("docs/how-to/prepare_a_diagnosis.md") if kind == "toml"]
+    (folder / "rov.toml").write_text(
+        f'[study]\nname = "rov"\n[model]\nuse = "plane.py:Plane"\nvary = ["d"]\n[time]\ncolumn = "t"\n{study}\n'
+        '[[trials]]\nfile = "log.csv"\n'
+    )
+    (folder / "plane.py").write_text(PLANE)
+    k = np.arange(600)
+    log = {"t": 0.1 * k, **{f"cmd{n}": 0.2 * np.sin(0.05 * k + n) for n in range(1, 5)}}
+    log |= {"heading": 10.0 + 0.0 * k, "yaw_rate": 0.0 * k, "dvl_vx": np.where(k % 2, np.nan, 0.3), "dvl_vy": 0.0 * k}
+    usbl = np.where(k % 10 == 3, 0.03 * k, np.nan)
+    usbl[303] += 40.0
+    pd.DataFrame({**log, "usbl_n": usbl, "usbl_e": usbl}).to_csv(folder / "log.csv", index=False)
+    (trial,) = load_study("rov.toml").trials
+    valid = {name: int(np.isfinite(values).sum()) for name, values in trial.outputs.items()}
+    assert valid == {"u": 300, "v": 600, "psi": 600, "r": 600, "x": 59, "y": 59}
 
 
 def test_channels(folder: Path) -> None:
