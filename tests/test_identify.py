@@ -138,8 +138,10 @@ def test_doubts_about_the_answer_are_printed_before_faults_of_the_data(capsys: p
     found = identify(study(), threads=1, budget=Budget(evaluations=9))
     faults = [Finding("warning", "stuck", "It stands still.", f"log {k}.csv") for k in range(9)]
     found.findings = [*faults, *found.findings]
+    found.outcome = {**found.outcome, "code": "converged", "reason": "the steps no longer change"}
     show(found)
     printed = capsys.readouterr().out
+    assert "converged: the steps no longer change, but short of a minimum" in " ".join(printed.split())
     assert "[not-at-minimum]" in printed
     assert "log 8.csv" not in printed
 

@@ -288,7 +288,10 @@ def test_a_noise_estimated_from_the_residuals_is_said_to_test_nothing() -> None:
 def test_findings_about_the_result_stand_in_the_summary_and_folders_do_not(page: Page) -> None:
     made = brief()
     made.findings = [Finding("warning", "not-at-minimum", "The search ended short.", "search", "Give it more.")]
-    assert "The search ended short. Give it more. Findings" in Page(render(made)).text
+    made.outcome["code"] = "converged"
+    said = Page(render(made)).text
+    assert "The search ended short. Give it more. Findings" in said
+    assert "The search converged, but short of a minimum" in said
     assert "1 warning: a.csv, line 40: r stands still" in page.text
     assert "/home/me" not in page.text
 

@@ -205,7 +205,9 @@ def show(estimate: Estimate) -> None:
     if estimate.synthetic:
         say("SYNTHETIC: these trials were made by a simulator.", style="bold yellow")
     outcome = estimate.outcome
-    say(f"{outcome['code']}: {outcome['reason']}", style="bold" if outcome["code"] != "failed" else "bold red")
+    short = any(finding.code == "not-at-minimum" for finding in estimate.findings)
+    but = ", but short of a minimum" if short and outcome["code"] == "converged" else ""
+    say(f"{outcome['code']}: {outcome['reason']}{but}", style="bold" if outcome["code"] != "failed" else "bold red")
     diverged = f", {outcome['diverged']} diverged" if outcome.get("diverged") else ""
     say(f"{outcome['evaluations']} evaluations in {outcome['wall_s']:.1f} s{diverged}\n")
     console().print(_parameters(estimate))

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from seatruth.report.numbers import count, listed, number, seconds, times
-from seatruth.report.readings import channel_ratios, estimated, pooled, unfinished
+from seatruth.report.readings import channel_ratios, estimated, findings_of, pooled, unfinished
 from seatruth.report.view import View, finite
 
 AT_NOISE = 1.2
@@ -28,6 +28,8 @@ def ending(data: View) -> str:
     outcome = data.outcome
     code = str(outcome.get("code", ""))
     text = _ENDINGS.get(code, f"The search ended ({code})" if code else "How the search ended is not known")
+    if code == "converged" and any(finding["code"] == "not-at-minimum" for finding in findings_of(data)):
+        text += ", but short of a minimum"
     reason = str(outcome.get("reason", "")).strip().rstrip(".")
     effort = []
     if finite(outcome.get("evaluations")):
