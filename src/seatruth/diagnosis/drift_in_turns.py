@@ -30,7 +30,7 @@ _PART = 0.1
 that were late, or beside their place, and named beside something missing, moved by 0.21 and 0.54 of it, a ferry's late
 one by 0.36. Of five that were named in opened cases of `experiments/withheld`, two moved by 0.07 and 0.11: their models
 lacked nothing, and are not asked."""
-USUAL = 0.03
+_USUAL = 0.03
 """Part by which a model that lacks something usually misses its drift in turns (standard deviation). [S] Of that ferry
 0.04; an antenna and a late receiver, put there, were 0.023 and 0.029 of its drift off."""
 _REST = 0.25
@@ -72,7 +72,7 @@ def drift_error(problem: Problem, fit: Fit, name: str) -> float:
     if not fit.discrepancy or "v" in _standard(problem, problem.outputs):
         return 0.0
     at = _place(problem, fit.point, name)
-    return USUAL * abs(at.drift / at.ahead) if at is not None and at.is_ahead else 0.0
+    return _USUAL * abs(at.drift / at.ahead) if at is not None and at.is_ahead else 0.0
 
 
 def _standard(problem: Problem, names: Sequence[str]) -> dict[str, tuple[int, float]]:
