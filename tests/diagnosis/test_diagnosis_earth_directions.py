@@ -30,7 +30,7 @@ def test_components_as_size_and_direction() -> None:
 def test_an_error_of_the_form_is_one_of_the_size_and_not_of_the_direction() -> None:
     """A wind over areas that nobody measured: how fast it is stays open by a fifth, where it blows does not."""
     sure = pointing(50.0, 3.0)
-    open_ = [replace(q, stderr=math.hypot(q.stderr, 0.2 * q.value), form_error=0.2 * q.value) for q in sure[:2]]
+    open_ = [replace(q, stderr=math.hypot(q.stderr, 0.2 * q.value), systematic_error=0.2 * q.value) for q in sure[:2]]
     assert in_words(sure) == "2.00 +- 0.10 m/s towards 50.0 +- 3.0 deg"
     assert in_words([*open_, sure[2]]) == "2.00 +- 0.41 m/s towards 50.0 +- 3.0 deg"
     assert in_words(()) == ""

@@ -108,7 +108,7 @@ def test_how_fast_a_wind_is_stays_as_open_as_the_area_that_it_blows_on() -> None
     plain = size_errors(problem, fit)[problem.columns["wind"]]
     for q, own in zip(found.values(), plain):
         part = 0.2 if q.name in ("north", "east") else 0.0
-        assert q.form_error == pytest.approx(part * abs(q.value))
-        assert q.stderr == pytest.approx(np.hypot(own, q.form_error))
+        assert q.systematic_error == pytest.approx(part * abs(q.value))
+        assert q.stderr == pytest.approx(np.hypot(own, q.systematic_error))
         assert (q.value - q.lower, q.upper - q.value) == pytest.approx((1.96 * q.stderr, 1.96 * q.stderr))
-    assert found["north"].form_error > 0.4
+    assert found["north"].systematic_error > 0.4

@@ -17,28 +17,28 @@ _APART = 2.0
 """Standard errors from which two effects of one cause point in directions of their own. Convention."""
 
 
-def towards(values: Mapping[str, tuple[float, float]], unit: str = "m/s", of_form: float = 0.0) -> str:
+def towards(values: Mapping[str, tuple[float, float]], unit: str = "m/s", systematic: float = 0.0) -> str:
     """Components north and east with their deviations as size and direction: "0.21 +- 0.03 m/s towards 40 +- 8 deg".
 
-    `of_form` is a further error of the size, as a part of it. Empty where there are no components.
+    `systematic` is a further error of the size, as a part of it. Empty where there are no components.
     """
     found = _polar(values)
     if found is None:
         return ""
     size, d_size, angle, d_angle = found
-    return f"{with_error(size, math.hypot(d_size, of_form * size))} {unit} towards {with_error(angle, d_angle)} deg"
+    return f"{with_error(size, math.hypot(d_size, systematic * size))} {unit} towards {with_error(angle, d_angle)} deg"
 
 
 def in_words(parameters: Sequence[EffectParameter]) -> str:
     """The same of the parameters of an effect: an error of its form is one of the size, and none of the direction."""
     unit = parameters[0].unit if parameters else ""
-    parts = [q.form_error / abs(q.value) for q in parameters if q.form_error > 0.0]
+    parts = [q.systematic_error / abs(q.value) for q in parameters if q.systematic_error > 0.0]
     return towards(_components(parameters), unit, max(parts, default=0.0))
 
 
 def _components(parameters: Sequence[EffectParameter]) -> dict[str, tuple[float, float]]:
     """Values with their deviations, less what is an error of the form."""
-    return {q.name: (q.value, math.sqrt(max(q.stderr**2 - q.form_error**2, 0.0))) for q in parameters}
+    return {q.name: (q.value, math.sqrt(max(q.stderr**2 - q.systematic_error**2, 0.0))) for q in parameters}
 
 
 def common_direction(members: Sequence[Sequence[EffectParameter]]) -> str:

@@ -38,17 +38,17 @@ def size_errors(problem: Problem, fit: Fit) -> Array:
 def sizes_of(problem: Problem, fit: Fit, name: str) -> tuple[EffectParameter, ...]:
     """The parameters of an effect as a fit has them, with these errors and what its form leaves open."""
     effect, errors, at = problem.effects[name], size_errors(problem, fit), fit.point.shared
-    found, part = list[EffectParameter](), math.hypot(_error_of_form(problem, name), drift_error(problem, fit, name))
+    found, part = list[EffectParameter](), math.hypot(_form_error(problem, name), drift_error(problem, fit, name))
     for q, k in zip(effect.parameters, problem.columns[name]):
         value, null = float(at[k]), float(effect.null[q.name])
-        of_form = part * abs(value - null) if q.name in effect.magnitudes else 0.0
-        error = math.hypot(errors[k], of_form)
+        systematic = part * abs(value - null) if q.name in effect.magnitudes else 0.0
+        error = math.hypot(errors[k], systematic)
         ends = value - 1.96 * error, value + 1.96 * error
-        found.append(EffectParameter(q.name, q.unit, value, error, *ends, null, float(problem.sd[k]), of_form))
+        found.append(EffectParameter(q.name, q.unit, value, error, *ends, null, float(problem.sd[k]), systematic))
     return tuple(found)
 
 
-def _error_of_form(problem: Problem, name: str) -> float:
+def _form_error(problem: Problem, name: str) -> float:
     """Error of the magnitudes, as a part of them, that a factor of the effect's form leaves however many the trials.
 
     Trials seem to tell a wind from the area that it blows on, by how its angle changes with the vehicle's own motion.

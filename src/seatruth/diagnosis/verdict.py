@@ -35,7 +35,7 @@ class EffectParameter:
     """Value at which the effect vanishes."""
     prior_sd: float
     """Standard deviation of what is believed of it before the trials."""
-    form_error: float = 0.0
+    systematic_error: float = 0.0
     """Part of the standard error that no trial reduces, in the same direction for all magnitudes of the effect."""
 
 
