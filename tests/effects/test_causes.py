@@ -42,7 +42,7 @@ def test_titles_are_words_and_each_is_used_once() -> None:
 def test_children_leaves_and_ancestors() -> None:
     assert children(ROOT) == ("environment", "actuator", "sensor", "loading", "hydrodynamics")
     steady = "environment.force_fixed_to_earth"
-    assert leaves(steady) == tuple(f"{steady}.{name}" for name in ("wind", "wave_drift", "mooring"))
+    assert leaves(steady) == tuple(f"{steady}.{name}" for name in ("wind", "wave_drift", "line"))
     assert leaves(f"{steady}.wind") == (f"{steady}.wind",)
     assert ancestors(f"{steady}.wind") == (f"{steady}.wind", steady, "environment", ROOT)
     assert set(leaves()) < set(CAUSES)

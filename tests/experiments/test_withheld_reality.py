@@ -242,5 +242,5 @@ def test_names_are_the_library_s(name: str) -> None:
     uncovered -= {*NAMES[name].values(), *CHANGING}
     # A depth bias is the first state's, and the drag's curve a form of the model, as `steep_resistance` is. In turns to
     # one side `one_sided_fouling` shows. In no reality a gyro reads too much: it can only be named falsely.
-    others = {"depth_bias", "drag_curve", "gyro_scale", "one_sided_turns", "pitch_gyro_scale"}
+    others = {"depth_bias", "drag_curve", "gyro_scale", "line_pull", "one_sided_turns", "pitch_gyro_scale"}
     assert uncovered <= {*others, *UNCOVERED.get(name, ())}

@@ -28,7 +28,7 @@ _ENVIRONMENT = {
     "environment.force_fixed_to_earth": "a steady force fixed to the earth",
     "environment.force_fixed_to_earth.wind": "a steady wind",
     "environment.force_fixed_to_earth.wave_drift": "the mean drift force of waves",
-    "environment.force_fixed_to_earth.mooring": "a mooring line",
+    "environment.force_fixed_to_earth.line": "the pull of a line",
     "environment.moving_water": "water that moves over the ground",
     "environment.moving_water.uniform_current": "a uniform current",
     "environment.moving_water.sheared_current": "a current that changes with depth",
