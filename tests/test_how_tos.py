@@ -21,7 +21,8 @@ from seatruth.sample import copy_to
 
 PAGES = sorted((ROOT / "docs" / "how-to").glob("*.md"))
 RUN_WHOLE = {"csv", "parquet", "matlab", "hdf5", "excel", "ros1", "ros2", "mcap", "px4", "ardupilot", "nmea", "fmu"}
-"""Pages that `test_documents.py` runs whole."""
+RUN_WHOLE |= {"prepare_a_diagnosis"}
+"""Pages that `test_documents.py` runs whole, or whose study it reads with a vehicle of its own."""
 _TOML = re.compile(r"^```toml\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _COMMAND = re.compile(r"(?:^(?:\$ )?|`)(seatruth [a-z][^`\n]*)", re.MULTILINE)
 _OPTION = re.compile(r"`(--[a-z][a-z-]*)")
