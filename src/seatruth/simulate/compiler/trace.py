@@ -19,9 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seatruth.errors import PluginError, SeatruthError
-from seatruth.models.actuators import Thruster
 from seatruth.models.base import Environment, Model, record
-from seatruth.models.geometry import Dimensions
 from seatruth.models.servo import Servo, stages
 from seatruth.models.user_file import name_missing
 from seatruth.simulate.compiler.branches import every_way, merging
@@ -96,7 +94,7 @@ def trace(model: Model) -> Equations:
     given = (s, i, p, e)
 
     def run(role: str, function: Callable[..., Any], size: int) -> tuple[Node, ...]:
-        first, second = (_explore(graph, model, role, Shims(graph).rebuilt(function), given, size) for _ in range(2))
+        first, second = (explored(graph, model, role, Shims(graph).rebuilt(function), given, size) for _ in range(2))
         # Equal nodes are one object, so the same equations give the same nodes.
         if any(a is not b for a, b in zip(first, second)):
             raise PluginError(
@@ -125,46 +123,6 @@ def trace(model: Model) -> Equations:
     )
 
 
-def trace_vehicle(model: Model) -> None:
-    """Tries what a model declares for effects alone: its dimensions, thrust, thrusts and drag.
-
-    Effects call these within the equations. So PluginError is raised, with the file and line, where one of them cannot
-    be compiled or does not give what it should.
-    """
-    graph = Graph()
-
-    def leaves(kind: str, channels: Sequence[Any]) -> tuple[Node, ...]:
-        return tuple(graph.leaf(kind, k, BOTH) for k in range(len(channels)))
-
-    s = record("States", model.states)(*leaves("state", model.states))
-    i = record("Inputs", model.inputs)(*leaves("input", model.inputs))
-    p = record("Parameters", model.parameters)(*leaves("parameter", model.parameters))
-    thrusters = [one for one in model.actuators if isinstance(one, Thruster)]
-
-    dimensions = model.dimensions
-    if dimensions is not None:
-
-        def sizes(p: Any) -> tuple[Any, ...]:
-            return tuple(value for value in Dimensions(*dimensions(p)) if value is not None)
-
-        _explore(graph, model, "dimensions", Shims(graph).rebuilt(sizes), (p,), None)
-    for role, one in (("thrust", model.thrust), ("drag", model.drag)):
-        if one is not None:
-            _explore(graph, model, role, _alone(Shims(graph).rebuilt(one)), (s, i, p, Environment()), 1)
-    if model.thrusts is not None:
-        arguments = s, i, p, Environment()
-        _explore(graph, model, "thrusts", Shims(graph).rebuilt(model.thrusts), arguments, len(thrusters))
-
-
-def _alone(function: Callable[..., Any]) -> Callable[..., tuple[Any]]:
-    """The same, for a function that gives one value, which stands alone."""
-
-    def value(*arguments: Any) -> tuple[Any]:
-        return (function(*arguments),)
-
-    return value
-
-
 def _step_of(servo: Servo, step: tuple[Node, Node, Node, Node]) -> Callable[..., tuple[Node, ...]]:
     """What the servo gives in a step, as a function of what a model's equations get."""
     settings = servo.settings
@@ -175,10 +133,13 @@ def _step_of(servo: Servo, step: tuple[Node, Node, Node, Node]) -> Callable[...,
     return values
 
 
-def _explore(
+def explored(
     graph: Graph, model: Model, role: str, function: Callable[..., Any], arguments: tuple[Any, ...], size: int | None
 ) -> tuple[Node, ...]:
-    """Runs the function along every way through its conditions and merges the results."""
+    """The values of a function, run along every way through its conditions, merged; any number where `size` is None.
+
+    PluginError, with the file and line, where it cannot be compiled or gives another number.
+    """
     graph.path, graph.planned, graph.asked = [], (), 0
 
     def values() -> tuple[Node, ...]:
