@@ -124,8 +124,8 @@ def _alike(findings: Sequence[Finding]) -> list[list[Finding]]:
 
 def _preview(study: Study) -> pd.DataFrame:
     """Which parameters the trials can move, from the model's sensitivities at the start values."""
-    from seatruth.report.text.identification import parameters_in_words
     from seatruth.uncertainty import prior_identifiability
+    from seatruth.uncertainty.identifiability import verdicts_in_words
 
     frame = prior_identifiability(study)
     stated = [study.noise.get(channel.name, "estimate") != "estimate" for channel in study.model.outputs]
@@ -137,7 +137,7 @@ def _preview(study: Study) -> pd.DataFrame:
         [str(name), f"{row['value']:.4g}", f"{row['crlb']:.2g}", str(row["verdict"])] for name, row in frame.iterrows()
     ]
     console().print(table(["parameter", "value", "best std. error", "verdict"], rows, numbers=("value",)))
-    say(parameters_in_words(frame))
+    say(verdicts_in_words(dict(frame["verdict"])))
     say(
         "A best std. error is a bound, for a model that is right in all else and noise that is white. Where a small "
         "error adds up over a run, as a moment does in a heading, a real error can be a hundred times larger."

@@ -7,7 +7,7 @@ off.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.models.parameter import Parameter
+from seatruth.text import listed
 from seatruth.uncertainty.covariance import Covariance
 
 # All limits here are chosen here [S]: they decide which words a report uses, no number depends on them.
@@ -40,6 +41,13 @@ _FROM_PRIOR = 0.8
 """Standard error over the prior's from which the value comes from the prior rather than from the data ..."""
 _NEAR_PRIOR = 2.0
 """... as long as it lies within so many of the prior's standard deviations: what the data moved further is weak."""
+_IN_WORDS = {
+    "doubtful": "doubtful, as what to look at first says",
+    "weak": "only weakly identified",
+    "not identifiable": "not identifiable from these trials",
+    "at bound": "at a bound",
+    "from prior": "known from the prior rather than from the data",
+}
 
 
 def plausible_range(parameter: Parameter) -> float:
@@ -200,6 +208,24 @@ def verdict(
         return "weak"
     size = abs(value) if value else plausible_range(parameter)
     return "weak" if stderr > (_WEAK_IF_CORRELATED if correlated else _WEAK) * size else "identified"
+
+
+def verdicts_in_words(verdicts: Mapping[str, str]) -> str:
+    """How many parameters are known, and which are not, from their verdicts by name.
+
+    Example:
+        >>> verdicts_in_words({"K": "identified", "T": "weak"})
+        '1 of 2 free parameters is identified; T is only weakly identified.'
+    """
+    known, all_ = sum(one == "identified" for one in verdicts.values()), len(verdicts)
+    if known == all_:
+        return {0: "", 1: "The parameter is identified."}.get(known, f"All {known} free parameters are identified.")
+    parts = [f"{known} of {all_} free parameter{'s' * (all_ != 1)} {'is' if known == 1 else 'are'} identified"]
+    for verdict, words in _IN_WORDS.items():
+        names = [name for name, one in verdicts.items() if one == verdict]
+        if names:
+            parts.append(f"{listed(names)} {'is' if len(names) == 1 else 'are'} {words}")
+    return "; ".join(parts) + "."
 
 
 def strongly_correlated(uncertainty: Covariance) -> NDArray[np.bool_]:

@@ -10,9 +10,10 @@ from seatruth.report.blocks import Block, Column, Notes, Pictures, Section, Tabl
 from seatruth.report.numbers import listed, number, seconds
 from seatruth.report.readings import estimated, in_order, pooled
 from seatruth.report.sections.pictures import Album
-from seatruth.report.text.identification import ending, fit_in_words, parameters_in_words
+from seatruth.report.text.identification import ending, fit_in_words
 from seatruth.report.text.worries import worries
 from seatruth.report.view import View, finite
+from seatruth.uncertainty.identifiability import verdicts_in_words
 
 _SHORT = 16
 """Letters of each value up to which a group of them stands in one row."""
@@ -22,7 +23,7 @@ _LONGEST = 400
 
 def summary(data: View, album: Album) -> Section:
     """How it ended, how well it fits, what is known, what to look at first."""
-    texts = [ending(data), fit_in_words(data), parameters_in_words(data.parameters)]
+    texts = [ending(data), fit_in_words(data), verdicts_in_words(dict(data.parameters.get("verdict", {})))]
     blocks: list[Block] = [Text(" ".join(text for text in texts if text))]
     look = worries(data)
     if look:

@@ -90,26 +90,3 @@ def _gain(rows: pd.DataFrame) -> str:
     if middle < 1.05:
         return "The fit is hardly better than the start."
     return f"The residuals are typically {times(middle)} smaller than with the starting values."
-
-
-def parameters_in_words(frame: pd.DataFrame) -> str:
-    """How many parameters of a table are known, and which are not."""
-    if not len(frame):
-        return ""
-    verdicts = frame["verdict"]
-    groups = {
-        "doubtful": "doubtful, as what to look at first says",
-        "weak": "only weakly identified",
-        "not identifiable": "not identifiable from these trials",
-        "at bound": "at a bound",
-        "from prior": "known from the prior rather than from the data",
-    }
-    known = int((verdicts == "identified").sum())
-    if known == len(frame):
-        return "The parameter is identified." if known == 1 else f"All {known} free parameters are identified."
-    parts = [f"{known} of {count(len(frame), 'free parameter')} {'is' if known == 1 else 'are'} identified"]
-    for verdict, words in groups.items():
-        names = [str(name) for name in frame.index[verdicts == verdict]]
-        if names:
-            parts.append(f"{listed(names)} {'is' if len(names) == 1 else 'are'} {words}")
-    return "; ".join(parts) + "."
