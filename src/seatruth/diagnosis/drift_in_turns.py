@@ -66,8 +66,8 @@ def look_like_drift(problem: Problem, fit: Fit | None, names: Sequence[str]) -> 
 def drift_error(problem: Problem, fit: Fit, name: str) -> float:
     """Error of an effect's magnitudes, as a part of them, that the usual error of a model's drift in turns leaves.
 
-    Where the model also lacks something, and no trial records the speed abeam, over ground or water. However many turns there are, all of
-    them show the same drift.
+    Where the model also lacks something, and no trial records the speed abeam, over ground or through the water.
+    However many turns there are, all of them show the same drift.
     """
     if not fit.discrepancy or {"v", "v_w"} & {*_standard(problem, problem.outputs)}:
         return 0.0
