@@ -12,7 +12,7 @@ GOOD = zigzag(amplitude=0.5, period=80)
 
 
 def test_a_rate_that_wanders_has_no_offset() -> None:
-    """By 0.05 deg/s, which it forgets in a minute: of these eight runs of 15 min four would have an offset."""
+    """By 0.05 deg/s, which it forgets in a minute: of these eight runs of 15 min three would have an offset."""
     run, told = zigzag(amplitude=0.5, period=80, seconds=900.0), 0
     keep = np.exp(-np.diff(run.t) / 60.0)
     for seed in range(8):
