@@ -34,3 +34,12 @@ def test_the_bias_of_a_rate_is_told_with_its_size(bias: float) -> None:
     assert size == pytest.approx(abs(bias), abs=0.02)
     assert said.severity == "note"
     assert ("too much" in said.message) == (bias > 0.0)
+
+
+def test_a_bias_that_hides_the_turns_is_named_and_not_another_channel() -> None:
+    """An `offset` in degrees where radians are meant: the two had "little in common", which says nothing of why."""
+    found = check_trials([altered(GOOD, {"r": lambda a: a + 0.3})])
+    (said,) = (f for f in found if f.code.startswith("psi-r-"))
+    assert (said.code, said.severity) == ("psi-r-offset", "warning")
+    assert "17 deg/s too much" in said.message
+    assert "add -0.3 (rad/s) to the `offset`" in said.do

@@ -24,8 +24,9 @@ FRONT, SIDE = 1.3, 0.9
 """Areas above water over breadth times draught and over length times draught [S]: loaded cargo ships and tankers."""
 ALONG, ACROSS, CROSS = 0.65, 0.85, 0.40
 """Blendermann's coefficients of a loaded cargo ship: drag ahead on the frontal area, abeam, and cross-force."""
-REACH = 3.0
-"""m: depth in which the square of a wave's motion falls to 1/e, for waves of 5 s [L: exp(-2 k z)]."""
+_REACH, _REACHES = 7.0, 5.0
+"""m: depth in which the square of a wave's motion falls to 1/e, g T^2 / (8 pi^2) [L: exp(-2 k z)], and its deviation:
+2 m for waves of 4 s, 12 m for those of 10 s."""
 
 RIPPLE = 1e-4
 """m2: H_s^2 of a centimetre, below which a drift force has no moment by its angle, so that it is smooth there. [S]"""
@@ -241,12 +242,12 @@ class WaveDriftVertical(Effect):
         Parameter("up", 0.05, "m2", -5.0, 5.0, source="[S] catalogue", description="of H_s^2, towards the surface"),
         Parameter(
             "reach",
-            REACH,
+            _REACH,
             "m",
             0.3,
             60.0,
-            prior=Prior(REACH, 1.5),
-            source="[L] exp(-2 k z); [S] deviation chosen here",
+            prior=Prior(_REACH, _REACHES),
+            source="[L] exp(-2 k z); [S] waves of 4 to 10 s",
             description="depth in which it falls to 1/e",
         ),
     )

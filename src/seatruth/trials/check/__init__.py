@@ -9,16 +9,17 @@ model's sensitivities; here the data speak alone.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
+from seatruth.trials.check.depths import check_depths
 from seatruth.trials.check.duplicates import check_duplicates
 from seatruth.trials.check.excitation import beside_others, check_coverage, check_inputs, check_rate, excitation_table
 from seatruth.trials.check.ground_track import check_ground_track
 from seatruth.trials.check.helpers import Channels
 from seatruth.trials.check.planes import check_planes
-from seatruth.trials.check.positions import check_depth, check_positions
+from seatruth.trials.check.positions import check_positions
 from seatruth.trials.check.rates import check_rates
 from seatruth.trials.check.sensors import check_sensors
 from seatruth.trials.check.steering import check_steering
@@ -29,6 +30,9 @@ from seatruth.trials.finding import Finding, gravest_first
 from seatruth.trials.trial import Trial
 
 __all__ = ["check_tables", "check_trial", "check_trials", "excitation_table"]
+
+_FEWEST = 3
+"""Samples below which there is nothing to compare."""
 
 
 def check_trials(trials: Iterable[Trial], model: Channels | None = None) -> list[Finding]:
@@ -52,7 +56,8 @@ def check_trials(trials: Iterable[Trial], model: Channels | None = None) -> list
         []
     """
     runs = list(trials)
-    findings = beside_others([finding for trial in runs for finding in check_trial(trial, model)], runs)
+    findings = beside_others([finding for trial in runs for finding in _of_one(trial, model)], runs)
+    findings += _in_the_diving_plane(runs, findings, model)
     findings += check_duplicates(runs)
     findings += check_coverage(runs)
     return gravest_first(findings)
@@ -60,16 +65,35 @@ def check_trials(trials: Iterable[Trial], model: Channels | None = None) -> list
 
 def check_trial(trial: Trial, model: Channels | None = None) -> list[Finding]:
     """The findings about one trial."""
-    return list(_all(trial, model))
+    findings = list(_of_one(trial, model))
+    return [*findings, *_in_the_diving_plane([trial], findings, model)]
 
 
-def _all(trial: Trial, model: Channels | None) -> Iterator[Finding]:
+def _in_the_diving_plane(trials: Sequence[Trial], known: Sequence[Finding], model: Channels | None) -> list[Finding]:
+    """The findings about planes and depths, of all trials together; what is wrong already is not said again."""
+    bad_times = {one.trial for one in known if one.code in ("time-order", "time-unit")}
+    wrong = {(one.trial, one.channel) for one in known if one.severity == "error" and one.code != "wrapped"}
+
+    def sound(*channels: str) -> list[Trial]:
+        return [
+            trial
+            for trial in trials
+            if len(trial) >= _FEWEST
+            and trial.name not in bad_times
+            and not any((trial.name, channel) in wrong for channel in channels)
+        ]
+
+    with np.errstate(all="ignore"):
+        return [*check_planes(sound("theta", "q", "delta_s"), model), *check_depths(sound("theta"))]
+
+
+def _of_one(trial: Trial, model: Channels | None) -> Iterator[Finding]:
     if model is not None:
         yield from check_model_channels(trial, model)
     yield from check_missing(trial)
     in_time = list(check_time(trial))
     yield from in_time
-    if any(finding.code == "time-order" for finding in in_time) or len(trial) < 3:
+    if any(finding.code == "time-order" for finding in in_time) or len(trial) < _FEWEST:
         return
     with np.errstate(all="ignore"):  # overflow in absurd data is what the checks are there to say in words
         alone = [*check_units(trial, model), *check_rates(trial)]
@@ -80,13 +104,9 @@ def _all(trial: Trial, model: Channels | None) -> Iterator[Finding]:
         # What is built on a channel that is wrong already would only repeat it in other words.
         if not wrong & {"psi", "r", "delta"}:
             yield from check_steering(trial, model)
-        if not wrong & {"theta", "q", "delta_s"}:
-            yield from check_planes(trial, model)
         if not wrong & {"psi", "theta", "phi"}:
             yield from check_positions(trial)
         yield from check_ground_track(trial)
-        if "theta" not in wrong:
-            yield from check_depth(trial)
         yield from check_sensors(trial, model)
         yield from check_inputs(trial, model)
         yield from check_rate(trial)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
 from seatruth.trials.check.helpers import (
+    KNOWN_SCALES,
     Windows,
     at_all_times,
     has_channels,
@@ -22,7 +23,6 @@ from seatruth.trials.check.helpers import (
     rms,
     windows,
 )
-from seatruth.trials.check.positions import KNOWN_SCALES
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
 

@@ -20,6 +20,9 @@ from seatruth.trials.pressure import conversion as to_channel
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
 from seatruth.trials.trial import Trial
 
+KNOWN_SCALES = ((1852.0 / 3600.0, "kn"), (1.0 / 3.6, "km/h"), (0.01, "cm/s"), (0.001, "mm/s"))
+"""m/s in a unit of speed, and its name."""
+
 
 class Channels(Protocol):
     """The part of a model that the checks look at."""

@@ -50,6 +50,12 @@ SCALE_AGREEMENT = 0.95
 """Squared correlation above which a scale factor is worth stating."""
 SCALE_OFF = 0.05
 """Scale errors below 5 % are calibration and belong to the fit; above it something is wrong."""
+DEPTH_OFF = 0.25
+"""Logarithm of the scale of a depth, beyond any calibration and beyond what a noisy heave velocity hides: wrong units.
+[S]"""
+DEPTH_TURNED = 0.5
+"""Change of a depth over what the speeds say, beyond which, below zero, it counts upward: in waves a pressure cell has
+a small part of the heave, in any phase. [S]"""
 KNOWN_SCALE = 0.06
 """How near a scale must be to 57.3 or 0.5144 to be called degrees or knots."""
 SCALE_KEPT = 0.5

@@ -3,12 +3,13 @@
 The weight below the centre of buoyancy rights a vehicle whose plane is held, so that its pitch rate dies away; what
 keeps the sign of the plane is the mean pitch rate while the plane is held, beside that of the hold before. A plane that
 an autopilot moves against every pitch rate follows it, and tells nothing: there the rate does not come after the plane.
+Nor does a movement count that is small beside those of other trials: it is a correction, in waves against each of them.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import scipy.fft
@@ -21,28 +22,36 @@ from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
 
 
-def check_planes(trial: Trial, model: Channels | None = None) -> Iterator[Finding]:
+def check_planes(trials: Sequence[Trial], model: Channels | None = None) -> Iterator[Finding]:
     """Whether a positive stern plane pitches the nose down, where the plane is moved and then held."""
-    if not (has_channels(trial, "delta_s") and (has_channels(trial, "q") or has_channels(trial, "theta"))):
-        return
     for channel in model.inputs if model is not None else ():
         if channel.name == "delta_s" and "nose up" in channel.description.lower():
             return  # the model's own planes
+    planes = [trial for trial in trials if has_channels(trial, "delta_s")]
+    least = limits.MOVED_PART * max((float(np.ptp(trial.channel("delta_s"))) for trial in planes), default=0.0)
+    for trial in planes:
+        moves = _moves_of(trial, least)
+        agreement = agreement_of(moves)
+        if agreement < limits.RUDDER_AGREEMENT or by_chance(-agreement, len(moves)) > limits.RUDDER_CHANCE:
+            continue
+        yield make_finding(
+            trial,
+            "warning",
+            "plane-sign",
+            f"A positive stern plane pitches the nose up: after {len(moves)} movements the pitch has gone that way "
+            f"(correlation {agreement:.2f}).",
+            "Positive delta_s pitches the nose down in seatruth unless the description of the model's input says that "
+            "it pitches the nose up: set sign = -1 for delta_s, or correct the sign of theta and q.",
+            channel="delta_s",
+        )
+
+
+def _moves_of(trial: Trial, least: float) -> list[tuple[float, float]]:
+    """As `_movements`; none where no pitch is recorded, or where it does not come after the plane."""
+    if not (has_channels(trial, "q") or has_channels(trial, "theta")):
+        return []
     rate = rate_of(trial, "q", "theta")
-    moves = _movements(trial, rate) if _answers(trial.channel("delta_s"), rate) else []
-    agreement = agreement_of(moves)
-    if agreement < limits.RUDDER_AGREEMENT or by_chance(-agreement, len(moves)) > limits.RUDDER_CHANCE:
-        return
-    yield make_finding(
-        trial,
-        "warning",
-        "plane-sign",
-        f"A positive stern plane pitches the nose up: after {len(moves)} movements the pitch has gone that way "
-        f"(correlation {agreement:.2f}).",
-        "Positive delta_s pitches the nose down in seatruth unless the description of the model's input says that it "
-        "pitches the nose up: set sign = -1 for delta_s, or correct the sign of theta and q.",
-        channel="delta_s",
-    )
+    return _movements(trial, rate, least) if _answers(trial.channel("delta_s"), rate) else []
 
 
 def _answers(plane: Array, rate: Array) -> bool:
@@ -58,14 +67,16 @@ def _answers(plane: Array, rate: Array) -> bool:
     return 0 < lag < plane.size
 
 
-def _movements(trial: Trial, rate: Array) -> list[tuple[float, float]]:
-    """(change of the plane, change of the mean pitch rate) from each hold to the next, where the vehicle runs ahead."""
+def _movements(trial: Trial, rate: Array, least: float) -> list[tuple[float, float]]:
+    """(change of the plane, change of the mean pitch rate) from each hold to the next, where the vehicle runs ahead.
+
+    Changes of the plane below `least` rad do not count.
+    """
     plane, ahead = trial.channel("delta_s"), runs_ahead(trial)
     found = [
         (hold.level, float(np.nanmean(own)))
         for hold in holds(trial.t, plane)
         if ahead[hold.first : hold.stop].all() and np.isfinite(own := rate[hold.first : hold.stop]).any()
     ]
-    least = limits.MOVED_PART * float(np.ptp(plane))
     changes = [(level - before[0], mean - before[1]) for before, (level, mean) in itertools.pairwise(found)]
     return [(moved, answered) for moved, answered in changes if abs(moved) >= least]

@@ -1,4 +1,4 @@
-"""Positions against velocities and heading, depth against pitch and speed.
+"""Positions against velocities and heading.
 
 Displacements over windows are compared with the integral of the velocities turned into earth axes. Both are complex
 numbers, north + i east, so that one complex factor holds a scale and a rotation: m = a p + d T, with a = 1 if all is
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
 from seatruth.trials.check.helpers import (
+    KNOWN_SCALES,
     Windows,
     at_all_times,
     degrees,
@@ -25,7 +26,6 @@ from seatruth.trials.check.helpers import (
     integral,
     make_finding,
     rms,
-    squared_correlation,
     windows,
 )
 from seatruth.trials.finding import Finding
@@ -34,7 +34,6 @@ from seatruth.trials.trial import Trial
 Complex = NDArray[np.complex128]
 NORMAL_QUARTILE = 0.6745
 """Median size of a normal number over its standard deviation."""
-KNOWN_SCALES = ((1852.0 / 3600.0, "kn"), (1.0 / 3.6, "km/h"), (0.01, "cm/s"), (0.001, "mm/s"))
 
 
 @dataclass(frozen=True)
@@ -365,32 +364,3 @@ def _scale_finding(trial: Trial, size: float, error: float) -> Finding:
         "Check the speed sensor's calibration and the units of x, y, u and v.",
         channel="u",
     )
-
-
-def check_depth(trial: Trial) -> Iterator[Finding]:
-    """Depth against pitch and speed: nose up must bring the vehicle up."""
-    name = next((name for name in ("z", "depth") if has_channels(trial, name, "theta")), None)
-    if name is None:
-        return
-    theta = at_all_times(trial, "theta")
-    speed = at_all_times(trial, "u") if has_channels(trial, "u") else np.ones(len(trial))
-    sinking = -speed * np.sin(theta)
-    complete = has_channels(trial, "u") and has_channels(trial, "w")
-    if has_channels(trial, "w"):
-        sinking = sinking + at_all_times(trial, "w") * np.cos(theta)
-    w = windows(trial.t, [sinking], [trial.channel(name)])
-    if w is None:
-        return
-    change, expected = w.change(trial.channel(name)), w.change(integral(trial.t, sinking))
-    if min(rms(change), rms(expected)) == 0.0:
-        return
-    agreement = squared_correlation(change, expected)
-    if change @ expected < 0 and agreement > (limits.AGREEMENT if complete else 0.3):
-        yield make_finding(
-            trial,
-            "warning",
-            "depth-pitch-sign",
-            f"{name} grows while the nose is up (squared correlation {agreement:.2f}).",
-            "Depth counts down and theta is positive nose up: change the sign of one of them.",
-            channel=name,
-        )

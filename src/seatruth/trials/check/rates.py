@@ -83,6 +83,10 @@ def _angle_against_rate(trial: Trial, angle: str, rate: str) -> Iterator[Finding
     agreement = squared_correlation(change, expected)
     scale = float(np.sign(change @ expected)) * rms(change) / rms(expected)
     if agreement < limits.AGREEMENT:
+        factor, drift, _ = _with_constant(change, expected, seconds)
+        if factor > 0.0 and squared_correlation(change - drift * seconds, expected) > limits.AGREEMENT:
+            yield from _offset(trial, angle, rate, change, expected, seconds)
+            return
         yield make_finding(
             trial,
             "warning",
@@ -172,24 +176,30 @@ def _alike(left: Array) -> float:
     return (1.0 + rho) / (1.0 - rho)
 
 
-def _offset(trial: Trial, angle: str, rate: str, change: Array, expected: Array, seconds: Array) -> Iterator[Finding]:
-    """What a rate shows too much all the time, beside a factor: both change with the windows' (w,) in another way."""
+def _with_constant(change: Array, expected: Array, seconds: Array) -> tuple[float, float, float]:
+    """Factor on the expected changes of an angle over windows (w,), a constant rate beside it, and that one's error."""
     A = np.stack([expected, seconds], axis=1)
     fitted, *_ = np.linalg.lstsq(A, change, rcond=None)
-    drift, left = float(fitted[1]), change - A @ fitted
+    left = change - A @ fitted
     variance = float(left @ left) / max(change.size - 2, 1) * np.linalg.pinv(A.T @ A)[1, 1] * _alike(left)
+    return float(fitted[0]), float(fitted[1]), math.sqrt(variance)
+
+
+def _offset(trial: Trial, angle: str, rate: str, change: Array, expected: Array, seconds: Array) -> Iterator[Finding]:
+    """What a rate shows too much all the time, beside a factor: both change with the windows' (w,) in another way."""
+    _, drift, sd = _with_constant(change, expected, seconds)
     whole = abs(drift) * float(seconds.sum())
-    if whole < limits.HEADING_OFF or abs(drift) < limits.SIGNIFICANT * math.sqrt(variance):
+    if whole < limits.HEADING_OFF or abs(drift) < limits.SIGNIFICANT * sd:
         return
-    degrees, error = float(np.degrees(-drift)), float(np.degrees(math.sqrt(variance)))
+    degrees, error = float(np.degrees(-drift)), float(np.degrees(sd))
     yield make_finding(
         trial,
-        "note",
+        "note" if squared_correlation(change, expected) >= limits.AGREEMENT else "warning",
         f"{angle}-{rate}-offset",
         f"{rate} shows {abs(degrees):.2g} deg/s too {'much' if degrees > 0.0 else 'little'} (standard error "
         f"{error:.1g}): its integral leaves {angle} by {np.degrees(whole):.2g} deg over {seconds.sum():.3g} s.",
-        f"Take off what {rate} shows at rest (`offset` in its channel), or leave it to `seatruth diagnose`, which has "
-        "the bias of a rate among its effects.",
+        f"Take off what {rate} shows at rest: add {drift:.3g} (rad/s) to the `offset` of its channel. Or leave it to "
+        "`seatruth diagnose`, which has the bias of a rate among its effects.",
         channel=rate,
     )
 
