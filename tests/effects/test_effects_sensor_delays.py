@@ -62,8 +62,8 @@ def test_a_late_receiver_shows_all_it_gives_late(tau: float, turns: float, near:
     assert available()["receiver_delay"].missing(bare) == "the model has no output 'v_n'"
 
 
-@pytest.mark.parametrize("tau", [0.4, 4.0])
-def test_a_depth_sensor_is_late_already_where_a_trial_begins_under_way(tau: float) -> None:
+@pytest.mark.parametrize(("effect", "tau"), [("depth_lag", 0.4), ("depth_lag", 4.0), ("depth_delay", 0.6)])
+def test_a_depth_sensor_is_late_already_where_a_trial_begins_under_way(effect: str, tau: float) -> None:
     """Of a glider that sinks at 0.3 m/s throughout, the depth is tau times that behind from the first sample on."""
 
     class Sinking(Model):
@@ -76,10 +76,10 @@ def test_a_depth_sensor_is_late_already_where_a_trial_begins_under_way(tau: floa
             return 0.0 * s.u, 0.0 * s.theta, -s.u * math.sin(s.theta)
 
     u, theta = 0.6, -math.radians(30.0)
-    model = with_effects(Sinking(), load_effects(["depth_lag"]))
+    model = with_effects(Sinking(), load_effects([effect]))
     t = np.arange(0.0, 30.0, 0.5)
     known = {"u": np.full_like(t, u), "theta": np.full_like(t, theta), "z": 5.0 + 0.3 * t}
     trial = Trial("dive", t, {}, known, synthetic=True)
-    sim = simulator(model, [trial], values={**model.nominal(), "depth_lag_tau": tau})
+    sim = simulator(model, [trial], values={**model.nominal(), f"{effect}_tau": tau})
     z = sim.outputs(np.zeros((1, 0)), sim.initial_states).y[0][:, 2]
     assert z == pytest.approx(5.0 + 0.3 * t - 0.3 * tau, abs=1e-4)

@@ -177,6 +177,32 @@ class PitchDelay(HeadingDelay):
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"psi": ("theta",), "r": ("q",)}
 
 
+class DepthDelay(HeadingDelay):
+    """The depth is recorded late, as a whole: by a clock or a link."""
+
+    name = "depth_delay"
+    title = "delay of the depth"
+    cause = "sensor.timing.depth"
+    equation = "z_m(t) = z(t - tau)"
+    acts_on = ("sensor:z",)
+    confused_with = ("depth_lag", "depth_lever_arm", "plane_delay")
+    distinguished_by = "quick changes of depth are as late as slow ones, and as large"
+    needs_outputs = ("z",)
+    states = (Channel("first", "m", "depth after one lag"), Channel("second", "m", "depth after two"))
+    follows: ClassVar[Mapping[str, str]] = {"first": "z", "second": "z"}
+
+    def measured_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
+        return y._replace(z=delayed_slowly(y.z, s.first, s.second, q.tau, self.filter_time))
+
+    def rates_from_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
+        return filter_rates(y.z, s.first, s.second, 0.0, self.filter_time)
+
+    def initial_state(self, y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
+        u, w, theta = (getattr(y, name, 0.0) for name in ("u", "w", "theta"))
+        sinking = w * math.cos(theta) - u * math.sin(theta)
+        return y.z - self.filter_time * sinking, y.z - 2.0 * self.filter_time * sinking
+
+
 class RateDelay(Filtered):
     """The yaw rate is recorded late; the pitch rate where the model has no yaw rate."""
 
