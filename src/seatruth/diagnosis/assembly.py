@@ -27,6 +27,7 @@ from seatruth.diagnosis.hypothesis_fits import ensure
 from seatruth.diagnosis.information import Information
 from seatruth.diagnosis.localization import by_channel, in_region, in_time, shares, whitened
 from seatruth.diagnosis.other_forms import is_only_form, standing_beside, with_other_forms
+from seatruth.diagnosis.outdone import without_outdone
 from seatruth.diagnosis.parts import NextTrial, Validation
 from seatruth.diagnosis.practical_size import is_certain_error, without_negligible, without_small, without_tiny
 from seatruth.diagnosis.prediction_errors import noise_deviation
@@ -44,7 +45,6 @@ from seatruth.diagnosis.withdrawals import (
     without_disputed,
     without_leaning,
     without_opposed,
-    without_outdone,
     without_taken_for_noise,
     without_unseen,
     without_unsure,
@@ -169,7 +169,7 @@ class Assembly:
         fit = self.search.beside(said.shown, self._beside) if gap.strays else None
         shared = [name for name in said.shown if fit is not None and is_shared(self.search, name, fit, self.gains)]
         shows = partial(errors_of_sensor, self.search)
-        left = without_outdone(said, found, effects, self._validated, gap.moved_by, shared, shows)
+        left = without_outdone(said, found, effects, self._validated, gap.moved_by, shared, shows, strays=gap.strays)
         left = without_untried(left, found, effects, self._validated, forces=self.problem.discrepancy is not None)
         if gap.strays and left.shown == said.shown:
             left = without_negligible(left, found, effects, self._validated, gap, self.settings)

@@ -1,10 +1,11 @@
 """What is taken back of a decision once it is seen what its causes close of the gap, and what they predict of it.
 
-What is too small to be the cause stands in `practical_size.py`. Of eight other things nothing is named: what explains
-the trials only together with its opposite, what trials left out are predicted better without, what may as well be
-something that cannot be tried, what trials disagree about so far that it may be nothing, what is no longer significant
-without these, what stands only beside an effect of a size that nobody believes, what does not surely predict where
-motion is taken for noise, and what no trial left out could show where the model leaves no more than noise.
+What is too small to be the cause stands in `practical_size.py`, what trials left out are predicted better without in
+`outdone.py`. Of seven other things nothing is named: what explains the trials only together with its opposite, what may
+as well be something that cannot be tried, what trials disagree about so far that it may be nothing, what is no longer
+significant without these, what stands only beside an effect of a size that nobody believes, what does not surely
+predict where motion is taken for noise, and what no trial left out could show where the model leaves no more than
+noise.
 """
 
 from __future__ import annotations
@@ -17,32 +18,20 @@ from seatruth.diagnosis.clusters import Cluster
 from seatruth.diagnosis.decision import Decision, kind_of
 from seatruth.diagnosis.hypotheses import Key
 from seatruth.diagnosis.parts import Validation
-from seatruth.diagnosis.posterior import ENVIRONMENT, SENSOR
-from seatruth.diagnosis.sensor_errors import SensorErrors
+from seatruth.diagnosis.posterior import ENVIRONMENT
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.effects import Effect
 from seatruth.effects.causes import is_within
-from seatruth.effects.each_trial import EachTrial, follows_each_trial
-
-_MISSED = 0.25
-"""Part of the gap by which what an error of a sensor closes on trials left out falls short of what it would close if it
-acted, from which it does not act. [S] 10 % of the depth, of a glider whose hull its model has too slippery, fell short
-by 0.96; the bias of a ship's gyro in a basin, which moves its runs by a fortieth of what they miss, by nothing."""
+from seatruth.effects.each_trial import follows_each_trial
 
 _ALONE = 0.1
 """Part of the evidence of several effects that one of them, or some, must explain without the others. [S] Of 20 pairs
 named in opened cases of `experiments/withheld` and recorded trials, 19 had 0.28 or more, all that acted among them; of
 a rudder that stalls, its offset and a bank had 0.0 each."""
-_LITTLE = 0.1
-"""Part of the gap that terms of no name may close on trials left out, for what is of its own in each trial to stand by
-what it closes itself. [S] Of a glider in a current of its own in each dive they closed 0.4 %, and the current 95 %."""
-_MOST = 0.5
+MOST = 0.5
 """Part of the gap from which most of it is closed, where too few trials bound it. [S] Of a launch, true
 causes closed 0.99 and 1.00 of it, others 0.11 and 0.20."""
-
-_STANDS_OUT = 1.1
-"""Part of the noise from which what is left of a sensor's channels stands above it. [S]"""
 
 
 def without_opposed(decision: Decision, found: Sequence[Hypothesis]) -> Decision:
@@ -90,83 +79,6 @@ def without_unseen(decision: Decision, found: Sequence[Hypothesis], effects: Map
     return keeping(decision, kept)
 
 
-def without_outdone(
-    decision: Decision,
-    found: Sequence[Hypothesis],
-    effects: Mapping[str, Effect],
-    validated: Callable[[Key], Validation | None],
-    moves: Callable[[str], float],
-    shared: Collection[str] = (),
-    shows: Callable[[str, Key], Sequence[SensorErrors]] = lambda name, key: (),
-) -> Decision:
-    """The decision, where what it names predicts more of trials left out than nothing, or terms of no name, do.
-
-    Where the gap does not shrink surely on trials left out, and free terms in the equations, the same in all trials,
-    shrink it more, or nothing does, and the terms shrink it no less than together with the named effects, then a model
-    of another form explains the trials, and the effects only take its shape. Effects whose phase belongs to one trial,
-    as that of waves, stay: others do not predict them. Effects with a size of their own in each trial do not stand by
-    what they add to the terms: they follow whatever the terms leave of a trial. They stand where the terms close next
-    to nothing, and trials left out are predicted much better once such a size is fitted to them: no trial tells the
-    size of another, so that beside it, left open in both, the same trial without it errs as little. What has a
-    direction on the earth that trials on several courses `shared` stays where runs stray, which then tell nothing.
-
-    Errors of a sensor that are small beside what such runs miss stay: they change what one sensor says, which no term
-    can without moving the others. What one `moves` the trials by, in deviations of the noise, tells how much nearer the
-    set comes to trials left out than the same set without it, if it acts; where it comes less near, the error falls.
-    So do those that close, beside the terms, what these leave of the sensor's own channels, which a set `shows`.
-    `validated` tries a set of effects on trials left out. Where several do not stand, one is taken away and the others
-    are asked again: that one without which they come nearest to trials left out.
-    """
-    left = decision
-    while fallen := _outdone_of(left, effects, validated, moves, shared, shows):
-        worst = max(fallen, key=lambda one: closed(validated(others(left, one)))) if len(fallen) > 1 else fallen[0]
-        kept = tuple(one for one in left.clusters if one is not worst)
-        outdone = (*left.outdone, worst.member_in(left.shown))
-        if not kept:
-            return as_unknown(left, probably_lacking(found, outdone), outdone)
-        left = replace(keeping(left, kept), discrepancy=True, outdone=outdone)
-    return left
-
-
-def _outdone_of(
-    decision: Decision,
-    effects: Mapping[str, Effect],
-    validated: Callable[[Key], Validation | None],
-    moves: Callable[[str], float],
-    shared: Collection[str],
-    shows: Callable[[str, Key], Sequence[SensorErrors]],
-) -> list[Cluster]:
-    """The causes of a decision that do not stand, as `without_outdone` has it."""
-    validation = validated(decision.shown) if decision.clusters else None
-    if validation is None or not max(0.0, validation.control) > validation.gap_explained:
-        return []
-    surely, adds = validation.lower > 0.0, _adds(validation)
-
-    def stands(cluster: Cluster) -> bool:
-        name = cluster.member_in(decision.shown)
-        if is_within(cluster.cause, SENSOR):
-            rest = others(decision, cluster)
-            without = validated(rest) if rest else None
-            hides = _hides(moves(name), without, validation)
-            return hides or _shows_beside_terms(without, validation) or _shows(shows(name, decision.shown))
-        if surely or name in shared or follows_each_trial(effects[cluster.effects[0]]):
-            return True
-        if isinstance(effects[name], EachTrial):
-            return _closes_its_own(validation, validated(others(decision, cluster)))
-        return adds
-
-    return [one for one in decision.clusters if not stands(one)]
-
-
-def _closes_its_own(having: Validation, without: Validation | None) -> bool:
-    """Whether what has a size of its own in each trial closes most of what is missed without it, and terms do not."""
-    if without is None or not without.control <= _LITTLE:
-        return False
-    pairs = [(fold.error_noise, before, fold.error_effects) for fold, before in zip(having.folds, _errors(without))]
-    missed = sum(before - noise for noise, before, _ in pairs)
-    return missed > 0.0 and sum(after - noise for noise, _, after in pairs) < (1.0 - _MOST) * missed
-
-
 def others(decision: Decision, cluster: Cluster) -> Key:
     """The shown effects less the one of a cause."""
     return tuple(name for name in decision.shown if name != cluster.member_in(decision.shown))
@@ -209,7 +121,7 @@ def without_untried(
 
 def _closes(validation: Validation) -> bool:
     """Whether effects close most of the gap on trials left out, or surely a part of it."""
-    return validation.lower > 0.0 or validation.gap_explained > _MOST
+    return validation.lower > 0.0 or validation.gap_explained > MOST
 
 
 def without_taken_for_noise(
@@ -320,81 +232,3 @@ def keeping(decision: Decision, kept: tuple[Cluster, ...]) -> Decision:
 def probably_lacking(found: Sequence[Hypothesis], outdone: Sequence[str] = ()) -> float:
     """Probability that the model lacks something that no effect describes: what is outdone stands for that as well."""
     return min(1.0, sum(one.probability for one in found if one.discrepancy or {*outdone} & {*one.effects}))
-
-
-def _hides(moved: float, without: Validation | None, having: Validation) -> bool:
-    """Whether an effect that moves trials by so much may act though with it they come no nearer than was found.
-
-    What acts leaves the rest of a trial's error, in squares; at least noise is left. Where nothing is `without` it, it
-    stands beside the refitted model. An error that grew by more than an effect moves a trial is not that effect's: fits
-    without forces, where they miss much, end at one optimum or another. What closes little itself, where free terms
-    come nearer to the trials, must not fall short beside these either: of a planing boat on which nothing acted, whose
-    runs missed up to 11 deviations, an antenna 5 m ahead of its place, which moves them by 4, could hide in that, but
-    not in the 1 to 9 that terms left.
-    """
-    folds = having.folds
-    alone = [fold.error_refit for fold in folds] if without is None else _errors(without)
-    pairs = [(fold.error_noise, before, fold.error_effects) for fold, before in zip(folds, alone, strict=True)]
-    gap = sum(fold.error_refit - fold.error_noise for fold in folds)
-    closes = sum(before - after for _, before, after in pairs)
-    if not _comes_nearer(pairs, moved, gap):
-        return False
-    terms = [fold.error_discrepancy for fold in folds] if without is None else [f.error_both for f in without.folds]
-    pairs = [(fold.error_noise, before, fold.error_both) for fold, before in zip(folds, terms, strict=True)]
-    fitted = all(math.isfinite(after) for _, _, after in pairs)
-    if closes > _MISSED * gap or not fitted or not sum(terms) < sum(alone):
-        return True
-    return _comes_nearer(pairs, moved, sum(before - noise for noise, before, _ in pairs))
-
-
-def _comes_nearer(pairs: Sequence[tuple[float, float, float]], moved: float, gap: float) -> bool:
-    """Whether errors (noise, without, with) fall as those of an effect that moves a trial by so much, but for a part of
-    the gap."""
-    left = 0.0
-    for noise, before, after in pairs:
-        expected = max(noise, math.sqrt(max(0.0, before**2 - moved**2)))
-        left += min(after, before + moved) - expected
-    return not left >= _MISSED * gap
-
-
-def _shows_beside_terms(without: Validation | None, having: Validation) -> bool:
-    """Whether beside free terms an effect closes most of what these leave of most trials left out.
-
-    Where a model of another form misses whole runs by far, refitted coefficients take up much of an error that acts,
-    and runs without terms come no nearer with it. Beside terms, which take the place of the form, they do: of a ferry
-    whose receiver was 2.5 s late 60 % in the median, where the scale of a depth that was right closed 15 %.
-    """
-    folds = having.folds
-    alone = [fold.error_discrepancy for fold in folds] if without is None else [f.error_both for f in without.folds]
-    left = [(fold.error_noise, before, fold.error_both) for fold, before in zip(folds, alone, strict=True)]
-    closed_most = sum(
-        before > noise and both - noise < (1.0 - _MOST) * (before - noise) for noise, before, both in left
-    )
-    return 2 * closed_most > len(left)
-
-
-def _shows(errors: Sequence[SensorErrors]) -> bool:
-    """Whether an error of a sensor closes most of what free terms leave of its own channels, in most trials left out.
-
-    Over all channels it may drown: of a launch whose gyro read 8 % too much the terms left 1.5 to 3.5 deviations of
-    the rate of turn in five of six trials, and 1.0 to 1.1 with it; positions and heading, which no gyro touches, stayed
-    where they were, and over all channels three trials were closed by half.
-    """
-    closed_most = [
-        one.without > _STANDS_OUT * one.noise and one.having - one.noise < (1.0 - _MOST) * (one.without - one.noise)
-        for one in errors
-    ]
-    return 2 * sum(closed_most) > len(errors)
-
-
-def _errors(validation: Validation) -> list[float]:
-    return [fold.error_effects for fold in validation.folds]
-
-
-def _adds(validation: Validation) -> bool:
-    """Whether effects predict most trials left out better beside free terms than the terms do alone.
-
-    Not in the mean: in one trial that a model of another form misses by far, they may do no better.
-    """
-    pairs = [(fold.error_discrepancy, fold.error_both) for fold in validation.folds]
-    return 2 * sum(both < alone for alone, both in pairs) > len(pairs)
