@@ -132,6 +132,29 @@ def test_a_further_fit_ends_where_it_comes_to_a_known_optimum(
     assert found.known_end(("gyro_bias", "sway_bias"), True) is None
 
 
+def test_a_fit_that_ends_far_from_what_it_promises_is_begun_under_the_sizes_it_was_given(
+    ship_folder: Path, offset_runs: list[Trial], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a boat with its antenna off its place, forces of no size left 370,000 nats ahead, and the antenna was last."""
+    problem = small.problem(ship_folder, offset_runs)
+    found, key = search(problem, small.silent), ("rudder_offset",)
+    good, held = found.fits[key, True], list[bool]()
+    bent = replace(good, evidence=good.evidence - 2e5, ahead=3e5, settled=False)
+
+    def ends(*given: Any, **named: Any) -> Fit:
+        held.append(named.get("held", False))
+        return good if held[-1] else bent
+
+    monkeypatch.setattr(hypothesis_fits, "fit", ends)
+    del found.fits[key, True]
+    got = hypothesis_fits.fit_once(found, key, True, good.point, good.sizes, attempt="a test")
+    assert (got, held) == (good, [False, True])
+    bent = replace(good, ahead=5.0)
+    del found.fits[key, True], held[:]
+    assert hypothesis_fits.fit_once(found, key, True, good.point, good.sizes, attempt="another") is bent
+    assert held == [False]
+
+
 def test_a_run_on_another_branch_is_not_at_the_known_optimum(ship_folder: Path, offset_runs: list[Trial]) -> None:
     problem = small.problem(ship_folder, offset_runs)
     known = search(problem, small.silent).fits[("rudder_offset",), False]

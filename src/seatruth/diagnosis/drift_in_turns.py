@@ -24,6 +24,7 @@ from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.diagnosis.withdrawals import refusing, unless_it_closes
 from seatruth.effects.causes import is_within
+from seatruth.effects.vehicle import dimensions_of
 
 _PART = 0.1
 """Part of a model's drift in turns by which it may be wrong. [S] Of that ferry 0.04. Two positions of recorded vehicles
@@ -31,8 +32,13 @@ that were late, or beside their place, and named beside something missing, moved
 one by 0.36. Of five that were named in opened cases of `experiments/withheld`, two moved by 0.07 and 0.11: their models
 lacked nothing, and are not asked."""
 _USUAL = 0.03
-"""Part by which a model that lacks something usually misses its drift in turns (standard deviation). [S] Of that ferry
-0.04; an antenna and a late receiver, put there, were 0.023 and 0.029 of its drift off."""
+"""Part of its drift in turns, or of its length, that a model that lacks something usually misses of it (standard
+deviation). [S] Of that ferry 0.04 of the drift; an antenna and a late receiver, put there, were 0.023 and 0.029 of it
+off. Where the origin is near the pivot point the drift is small, and the model no better for it: of a catamaran of 4 m,
+which drifts by 0.4 m, antennas were 0.16 and 0.17 m off, 0.04 of its length, as one of a river vessel was."""
+_OF_LENGTH = 2.0 * _USUAL
+"""Part of the vehicle's length up to which an antenna's place ahead is that error: two deviations of it."""
+_ANTENNA = "sensor.alignment.position"
 _REST = 0.25
 """Part of what an effect moves the positions by, in squares, that a place ahead leaves, up to which it looks like one.
 [S] Of seven late positions four left 0.02 to 0.1 of it, and three 0.3 to 0.6."""
@@ -57,22 +63,35 @@ class _Place(NamedTuple):
 def look_like_drift(problem: Problem, fit: Fit | None, names: Sequence[str]) -> list[str]:
     """Errors of sensors, of these effects, that move positions as an error of the drift in turns within reason would.
 
-    As large as in a fit. None where the model has no plane motion, or the trials no position.
+    As large as in a fit. None where the model has no plane motion, or the trials no position. A place of the receiver
+    does so as well up to a part of the vehicle's length: a model drifts no better where its own drift is small.
     """
     places = {name: _place(problem, fit.point, name) for name in names} if fit is not None else {}
-    return [name for name, at in places.items() if at and at.is_ahead and abs(at.ahead) < _PART * abs(at.drift)]
+    least = {name: _PART * abs(at.drift) for name, at in places.items() if at is not None and at.is_ahead}
+    short = _OF_LENGTH * _length(problem)
+    least |= {name: max(part, short) for name, part in least.items() if problem.effects[name].cause == _ANTENNA}
+    return [name for name, at in places.items() if at is not None and abs(at.ahead) < least.get(name, 0.0)]
+
+
+def _length(problem: Problem) -> float:
+    """Of the vehicle, m; 0 where the model does not say."""
+    size = dimensions_of(problem.study.model)
+    return 0.0 if size is None else size.length
 
 
 def drift_error(problem: Problem, fit: Fit, name: str) -> float:
     """Error of an effect's magnitudes, as a part of them, that the usual error of a model's drift in turns leaves.
 
-    Where the model also lacks something, and no trial records the speed abeam, over ground or through the water.
+    Where the model also lacks something, and no trial records the speed abeam, over ground or through the water. An
+    error of the drift does not shrink with it: the usual one is a part of the vehicle's length, where that is larger.
     However many turns there are, all of them show the same drift.
     """
     if not fit.discrepancy or {"v", "v_w"} & {*_standard(problem, problem.outputs)}:
         return 0.0
     at = _place(problem, fit.point, name)
-    return _USUAL * abs(at.drift / at.ahead) if at is not None and at.is_ahead else 0.0
+    if at is None or not at.is_ahead:
+        return 0.0
+    return _USUAL * max(abs(at.drift), _length(problem)) / abs(at.ahead)
 
 
 def _standard(problem: Problem, names: Sequence[str]) -> dict[str, tuple[int, float]]:
@@ -119,10 +138,14 @@ def without_drift(
 ) -> Decision:
     """The decision where the model also lacks something, less what looks `like` an error of its drift in turns.
 
-    All stays where the set surely closes a part of the gap on trials left out.
+    A delay stays where the set surely closes a part of the gap on trials left out. An antenna does not: its place is
+    the same in all trials, as that error is, which predicts them alike.
     """
     if not decision.discrepancy:
         return decision
-    kept = tuple(one for one in decision.clusters if one.member_in(decision.shown) not in like)
-    gone = unless_it_closes(decision, kept, validated)
+    likely = [one for one in decision.clusters if one.member_in(decision.shown) in like]
+    gone = tuple(one.member_in(decision.shown) for one in likely if one.cause == _ANTENNA)
+    kept = tuple(one for one in decision.clusters if one not in likely)
+    gone = tuple(dict.fromkeys([*gone, *unless_it_closes(decision, kept, validated)]))
+    kept = tuple(one for one in decision.clusters if one.member_in(decision.shown) not in gone)
     return refusing(decision, found, kept, drift=gone) if gone else decision

@@ -11,11 +11,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from seatruth.arrays import Array
+from seatruth.diagnosis.approach import LEAST_RISE, approached, stepped_under
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Linearization, Point, Problem
 from seatruth.diagnosis.shared_likelihood import KeptLikelihood
@@ -24,19 +25,13 @@ from seatruth.diagnosis.sizes import (
     NoisePrior,
     Sizes,
     log_prior,
-    noise_shapes,
     price_of_sizes,
     proposed_shapes,
 )
 from seatruth.diagnosis.steps import Step, likelihood_at, linear_errors, objective, step, weighted_squares
 from seatruth.diagnosis.unknowns import SharedStep
 from seatruth.trials.finding import Finding
-from seatruth.trials.prepare.outliers import MAD_TO_SD
 
-_CLOSE = 3.0
-"""Median error, in noise deviations, from which a channel's noise is no longer inflated."""
-_NO_NEARER = 0.03
-"""Mean fall of the logarithm of the channels' errors below which a fit is as near its record as it comes. [S]"""
 _NOISE_STEPS, _SHAPE_STEP = (0, 1, 3, 7), 1
 """Steps near the record at which the sizes, and the shapes, of noise are set anew; at the end they are set again."""
 _FIRST = 4
@@ -48,8 +43,6 @@ ROUNDS = 10
 FEW_ROUNDS = 2
 """The same for a set beside a model alone whose fit did not converge in `ROUNDS` of them. [S] Of an AUV whose tail is
 turned by 10 deg each fit took 40 s, and none of 32 converged."""
-_SAME_SIZES = 1.0
-"""nats that new sizes must bring, or leave ahead of the point, for it to be sought again under them. [S]"""
 _STILL = 4
 """Steps without such a rise after which a point is taken, though it still moves along what decides nothing. [S]"""
 _KEPT_PROMISE = 0.1
@@ -158,12 +151,14 @@ def fit(
     rival: float = -math.inf,
     rounds: int = ROUNDS,
     stop: Callable[[Point], bool] | None = None,
+    held: bool = False,
 ) -> Fit:
     """Fits a hypothesis from a point.
 
     `rival` is the evidence of the best hypothesis so far: a fit that cannot come near it is broken off. In `rounds`
-    steps and sizes take turns. Raises LinAlgError where the linear algebra fails at the end; its evidence is -inf where
-    the model diverges. Raises Stopped where it steps to a point at which `stop` holds.
+    steps and sizes take turns; with `held` it first steps as far as the given sizes lead. Raises LinAlgError where the
+    linear algebra fails at the end; its evidence is -inf where the model diverges. Raises Stopped where it steps to a
+    point at which `stop` holds.
     """
     settings, effects = problem.settings, tuple(effects)
     channels = sorted({series.channel for series in problem.series})
@@ -171,7 +166,9 @@ def fit(
     if not discrepancy:
         point, sizes = without_discrepancy(problem, point), sizes.without_discrepancy()
 
-    point, sizes = _approached(problem, effects, point, sizes)
+    point, sizes = approached(problem, effects, point, sizes)
+    if held:
+        point = stepped_under(problem, effects, point, sizes, discrepancy)
     best, reached, last_value = (-math.inf, point, sizes, False), -math.inf, -math.inf
     for round_ in range(rounds):
         last, settled, highest, still = -math.inf, False, -math.inf, 0
@@ -192,7 +189,7 @@ def fit(
                 if _is_hopeless(problem, value, last, rival):
                     break
             last = value
-            still = 0 if value > highest + _SAME_SIZES else still + 1
+            still = 0 if value > highest + LEAST_RISE else still + 1
             highest = max(highest, value)
             if still >= _STILL:
                 settled = True
@@ -220,7 +217,7 @@ def fit(
         if credited > best[0]:
             best = credited, point, sizes, settled
         brought = gain if round_ == 0 else value - last_value
-        if max(brought, left) < _SAME_SIZES or credited < reached + _SAME_SIZES:
+        if max(brought, left) < LEAST_RISE or credited < reached + LEAST_RISE:
             break
         reached, last_value = credited, value
     _, point, sizes, settled = best
@@ -232,39 +229,11 @@ def _is_hopeless(problem: Problem, value: float, last: float, rival: float) -> b
     return value + _AHEAD * max(value - last, 0.0) < rival - problem.settings.hopeless
 
 
-def _approached(problem: Problem, effects: tuple[str, ...], point: Point, sizes: Sizes) -> tuple[Point, Sizes]:
-    """A point nearer to the record, where errors are many times the noise, and the noise inflated to what is left.
-
-    Each channel's noise is set to a part of its median error, anew at each step: what strays most weighs least, and
-    the weights come to those of the noise as the errors fall. It ends where they fall no more.
-    """
-    distance = _distances(problem, problem.errors(point), sizes)
-    taken: Step | None = None
-    for _ in range(problem.settings.fit_steps):
-        if not np.isfinite(distance).all() or (distance <= _CLOSE).all():
-            break
-        inflated = replace(sizes, white=sizes.white + np.log(np.maximum(1.0, distance / _CLOSE)))
-        at = problem.linearize(point, effects, discrepancy=sizes.discrepancy)
-        likelihood = likelihood_at(problem, at, inflated, effects)
-        taken = step(problem, at, inflated, likelihood, taken)
-        del at, likelihood
-        nearer = _distances(problem, problem.errors(taken.point), sizes)
-        progress = float(np.sum(np.log(np.maximum(distance, 1.0)) - np.log(np.maximum(nearer, 1.0))))
-        if progress > 0.0:
-            point, distance = taken.point, nearer
-        if progress < _NO_NEARER * len(distance):
-            if not problem.lent:
-                break
-            problem.renew()
-    left = np.where(np.isfinite(distance), distance * MAD_TO_SD, 1.0)
-    return point, replace(sizes, white=sizes.white + np.log(np.maximum(1.0, left)))
-
-
 def _kept_promise(problem: Problem, at: Linearization, sizes: Sizes, likelihood: Likelihood, fall: float) -> float:
     """Part that a step brought of what the derivatives promised; 1 where they promised too little to count."""
     promised = objective(problem, at.point, at.errors, sizes, at.effects, likelihood)
     promised -= likelihood.least(sizes, at.effects)
-    return fall / promised if promised > _SAME_SIZES else 1.0
+    return fall / promised if promised > LEAST_RISE else 1.0
 
 
 def _final_sizes(
@@ -347,20 +316,6 @@ def fit_at(
     # What a fit did not reach is not credited to it: where long runs bend, a linear model promises anything.
     evidence -= price + max(ahead, 0.0)
     return Fit(effects, discrepancy, point, sizes, kept, solution, evidence, price, settled, ahead)
-
-
-def _distances(problem: Problem, errors: Array, sizes: Sizes) -> Array:
-    """Median error of each channel in its noise deviations (C,); inf where the model diverges, 0 where unseen.
-
-    White and slow part together: a fit that begins at the optimum of another one is near its record.
-    """
-    shapes = noise_shapes(problem.settings)
-    found = np.zeros(len(problem.outputs))
-    for c in range(len(found)):
-        own = np.abs(errors[problem.channel_of == c])
-        deviation = math.exp(float(sizes.white[c])) * math.sqrt(shapes[sizes.shape[c]].correlation(0.0))
-        found[c] = float(np.median(own)) / deviation if own.size else 0.0
-    return found if np.isfinite(errors).all() else np.full_like(found, math.inf)
 
 
 def without_discrepancy(problem: Problem, point: Point) -> Point:

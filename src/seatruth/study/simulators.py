@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
+from seatruth.effects.thruster_places import check_thruster_places
 from seatruth.effects.turned_thrusters import check_turned_thrusters
 from seatruth.models import (
     BlackBox,
@@ -52,6 +53,7 @@ def model_of(table: ModelTable, hold: Literal["foh", "zoh"], folder: Path, probl
         return _with_areas(simulator, table, problems)
     model = _with_areas(load_model(table.use, folder, table.set), table, problems)
     check_turned_thrusters(model)
+    check_thruster_places(model)
     for key in _OF_AN_FMU:
         if key in table.model_fields_set:
             what = f"{key!r} belongs to an FMU"
