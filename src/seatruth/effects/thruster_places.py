@@ -15,8 +15,8 @@ from seatruth.models.rates import rates_at
 _TURNS = {"r": ("to starboard", "to port"), "q": ("nose up", "nose down")}
 """The rates of turn that are compared, by standard name, and what a positive and a negative one is."""
 _ALIKE = 0.5
-"""Part of the larger of two opposite turns that the smaller is at least, where one is the mirror of the other. [S] What a
-hull or a rudder in the wash adds is less."""
+"""Part of the larger of two opposite turns that the smaller is at least, where one is the mirror of the other. [S] What
+a hull or a rudder in the wash adds is less."""
 
 
 def check_thruster_places(model: Model) -> None:
