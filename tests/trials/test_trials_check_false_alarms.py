@@ -190,3 +190,13 @@ def test_speeds_in_knots_are_told_where_positions_are_late() -> None:
     trial = late_zigzag(30.0, 0.7, late=0.4)
     knots = replace(trial, outputs={**trial.outputs, **{name: trial.outputs[name] / 0.5144 for name in "uv"}})
     assert [f.channel for f in check_trials([knots]) if f.code == "unit"] == ["u"]
+
+
+def test_rounding_that_noise_hides_is_not_told() -> None:
+    """Of a boat that held her course the heading, rounded to 0.1 deg, ranged over its noise of 0.5 deg."""
+    rng = np.random.default_rng(3)
+    for noise, told in ((0.5, False), (0.02, True)):
+        run = hovering(1, speed=0.8, noise=0.2)
+        psi = np.radians(np.round(rng.normal(0.0, noise, len(run)) + 0.6 * np.sin(run.t / 40.0), 1))
+        found = codes(check_trial(replace(run, outputs={**run.outputs, "psi": psi})))
+        assert ("quantised" in found) == told

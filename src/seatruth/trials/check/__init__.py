@@ -17,6 +17,7 @@ from seatruth.trials.check.depths import check_depths
 from seatruth.trials.check.duplicates import check_duplicates
 from seatruth.trials.check.excitation import beside_others, check_coverage, check_inputs, check_rate, excitation_table
 from seatruth.trials.check.ground_track import check_ground_track
+from seatruth.trials.check.headings import check_headings
 from seatruth.trials.check.helpers import Channels
 from seatruth.trials.check.planes import check_planes
 from seatruth.trials.check.positions import check_positions
@@ -58,6 +59,7 @@ def check_trials(trials: Iterable[Trial], model: Channels | None = None) -> list
     runs = list(trials)
     findings = beside_others([finding for trial in runs for finding in _of_one(trial, model)], runs)
     findings += _in_the_diving_plane(runs, findings, model)
+    findings += _in_the_plane(runs, findings)
     findings += check_duplicates(runs)
     findings += check_coverage(runs)
     return gravest_first(findings)
@@ -66,25 +68,34 @@ def check_trials(trials: Iterable[Trial], model: Channels | None = None) -> list
 def check_trial(trial: Trial, model: Channels | None = None) -> list[Finding]:
     """The findings about one trial."""
     findings = list(_of_one(trial, model))
-    return [*findings, *_in_the_diving_plane([trial], findings, model)]
+    findings += _in_the_diving_plane([trial], findings, model)
+    return [*findings, *_in_the_plane([trial], findings)]
 
 
 def _in_the_diving_plane(trials: Sequence[Trial], known: Sequence[Finding], model: Channels | None) -> list[Finding]:
-    """The findings about planes and depths, of all trials together; what is wrong already is not said again."""
+    """The findings about planes and depths, of all trials together."""
+    planes, depths = _sound(trials, known, "theta", "q", "delta_s"), _sound(trials, known, "theta")
+    with np.errstate(all="ignore"):
+        return [*check_planes(planes, model), *check_depths(depths)]
+
+
+def _in_the_plane(trials: Sequence[Trial], known: Sequence[Finding]) -> list[Finding]:
+    """The findings about headings, of all trials together."""
+    with np.errstate(all="ignore"):
+        return list(check_headings(_sound(trials, known, "psi", "x", "y", "sog", "cog", "v_n", "v_e")))
+
+
+def _sound(trials: Sequence[Trial], known: Sequence[Finding], *channels: str) -> list[Trial]:
+    """The trials of which nothing is wrong that these channels would only show again."""
     bad_times = {one.trial for one in known if one.code in ("time-order", "time-unit")}
     wrong = {(one.trial, one.channel) for one in known if one.severity == "error" and one.code != "wrapped"}
-
-    def sound(*channels: str) -> list[Trial]:
-        return [
-            trial
-            for trial in trials
-            if len(trial) >= _FEWEST
-            and trial.name not in bad_times
-            and not any((trial.name, channel) in wrong for channel in channels)
-        ]
-
-    with np.errstate(all="ignore"):
-        return [*check_planes(sound("theta", "q", "delta_s"), model), *check_depths(sound("theta"))]
+    return [
+        trial
+        for trial in trials
+        if len(trial) >= _FEWEST
+        and trial.name not in bad_times
+        and not any((trial.name, channel) in wrong for channel in channels)
+    ]
 
 
 def _of_one(trial: Trial, model: Channels | None) -> Iterator[Finding]:

@@ -41,6 +41,8 @@ _AXES: tuple[tuple[str, str, str, Callable[[Complex], Complex]], ...] = (
     ("x and y both count the other way.", "Set sign = -1 for both.", "x", lambda z: np.asarray(-z)),
 )
 
+_VELOCITIES = (("sog", "cog"), ("v_n", "v_e"))
+
 _HEADINGS: tuple[tuple[str, str, Callable[[Array], Array]], ...] = (
     ("it counts counter-clockwise.", "Set sign = -1 for psi (and for r, if it agrees with psi).", lambda psi: -psi),
     (
@@ -54,7 +56,7 @@ _HEADINGS: tuple[tuple[str, str, Callable[[Array], Array]], ...] = (
 
 def check_ground_track(trial: Trial) -> Iterator[Finding]:
     """x and y against the velocity over ground; the speed through the water against that over ground."""
-    for names in (("sog", "cog"), ("v_n", "v_e")):
+    for names in _VELOCITIES:
         if has_channels(trial, *names):
             found = list(_track(trial, names)) if has_channels(trial, "x", "y") else []
             yield from found
@@ -64,6 +66,14 @@ def check_ground_track(trial: Trial) -> Iterator[Finding]:
             if not found and has_channels(trial, "u_w"):
                 yield from _through_the_water(trial, names)
             return
+
+
+def velocity_over_ground(trial: Trial) -> Complex | None:
+    """Velocity over ground (n,), north + i east, m/s; None where it is not recorded."""
+    for names in _VELOCITIES:
+        if has_channels(trial, *names):
+            return _velocity(trial, names)
+    return None
 
 
 def _velocity(trial: Trial, names: tuple[str, str]) -> Complex:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -20,6 +21,8 @@ from seatruth.trials.pressure import conversion as to_channel
 from seatruth.trials.standard_channels import STANDARD_CHANNELS
 from seatruth.trials.trial import Trial
 
+_NORMAL_QUARTILE = 0.6745
+"""Median size of a normal number over its standard deviation."""
 KNOWN_SCALES = ((1852.0 / 3600.0, "kn"), (1.0 / 3.6, "km/h"), (0.01, "cm/s"), (0.001, "mm/s"))
 """m/s in a unit of speed, and its name."""
 
@@ -231,6 +234,11 @@ def windows(t: Array, inside: Sequence[Array], at_ends: Sequence[Array] = ()) ->
         return None
     first, last = first[whole], last[whole]
     return Windows(first, last, t[last] - t[first])
+
+
+def white_noise(bends: Array) -> float:
+    """Standard deviation of the white noise whose second differences (n,) are these; 0 where there are none."""
+    return float(np.median(np.abs(bends))) / (_NORMAL_QUARTILE * math.sqrt(6.0)) if bends.size else 0.0
 
 
 def rms(values: Array) -> float:

@@ -32,8 +32,6 @@ from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
 
 Complex = NDArray[np.complex128]
-NORMAL_QUARTILE = 0.6745
-"""Median size of a normal number over its standard deviation."""
 
 
 @dataclass(frozen=True)
@@ -316,8 +314,8 @@ def _noise(trial: Trial, name: str) -> float:
     if steps.size < limits.FEW_SAMPLES:
         return 0.0
     even = np.maximum(steps[1:], steps[:-1]) < 1.5 * float(np.median(steps))
-    bends = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2])[even]
-    return float(np.median(bends)) / (NORMAL_QUARTILE * math.sqrt(6.0)) if bends.size else 0.0
+    bends = (values[2:] - 2.0 * values[1:-1] + values[:-2])[even]
+    return white_noise(bends)
 
 
 def _regression(

@@ -11,7 +11,15 @@ from numpy.typing import NDArray
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
 from seatruth.trials.check.frozen import check_constant, moving
-from seatruth.trials.check.helpers import Channels, as_stated, make_finding, own_samples, resolution, typical_step
+from seatruth.trials.check.helpers import (
+    Channels,
+    as_stated,
+    make_finding,
+    own_samples,
+    resolution,
+    typical_step,
+    white_noise,
+)
 from seatruth.trials.finding import Finding
 from seatruth.trials.prepare.base import WRAP_JUMP, is_angle
 from seatruth.trials.prepare.outliers import hampel_outliers, typical_bend
@@ -138,7 +146,11 @@ def _quantised(trial: Trial, name: str, values: Array, model: Channels | None) -
     finite = values[np.isfinite(values)]
     lsb = resolution(values)
     span = float(np.quantile(finite, 0.95) - np.quantile(finite, 0.05))
-    if span > 0 and lsb > limits.QUANTISED_PART * span and np.unique(finite).size < 0.2 * finite.size:
+    coarse = span > 0 and lsb > limits.QUANTISED_PART * span and np.unique(finite).size < 0.2 * finite.size
+    # In noise wider than itself rounding is lost: a course that is held has no other range.
+    if coarse and white_noise(finite[2:] - 2.0 * finite[1:-1] + finite[:-2]) > lsb:
+        return
+    if coarse:
         yield make_finding(
             trial,
             "note",
