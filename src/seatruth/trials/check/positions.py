@@ -26,6 +26,7 @@ from seatruth.trials.check.helpers import (
     integral,
     make_finding,
     rms,
+    white_noise,
     windows,
 )
 from seatruth.trials.finding import Finding
