@@ -147,7 +147,8 @@ def test_answers_beside_something_unknown_say_so() -> None:
         return text.beside_answers_in_words(replace(found, hypotheses=(none, *sets)))
 
     assert told((True, 0.4), (False, 0.1)) == (
-        "Where effects are the answer, something most probably acts beside them that is not in the library."
+        "Where effects are the answer, something most probably acts beside them that is not in the library: alone or "
+        "beside them 90 %."
     )
     assert told((True, 0.2), (False, 0.3)) == ""
     assert told((True, 0.01)) == ""

@@ -11,6 +11,7 @@ from threadpoolctl import threadpool_limits
 from seatruth.commands.common import JsonFile, Result, StudyPath, console, say, table
 from seatruth.commands.cost_notice import say_cost
 from seatruth.commands.progress import load_study
+from seatruth.errors import BadInput
 from seatruth.study import Study
 from seatruth.text import listed
 from seatruth.trials.finding import Finding, gravest_first
@@ -70,13 +71,21 @@ def check(
 
 def _lacks(study: Study) -> dict[str, list[str]]:
     """Effects that a diagnosis cannot try for want of something in the model, by that reason."""
+    from seatruth.diagnosis.preconditions import usable_effects
     from seatruth.effects.lacking import lacking
 
-    found = {} if study.cost.kind == "formula" else lacking(study.model)
+    if study.cost.kind == "formula":
+        return {}
+    try:
+        usable, _ = usable_effects(study, None)
+    except BadInput:  # what keeps all of them is said below
+        usable = []
+    found = lacking(study.model)
+    say(f"\nA diagnosis of this study can try {len(usable)} effects{'' if found else ': all that its kind has'}.")
     if found:
-        say("\nEffects that a diagnosis cannot try, and why:")
+        say("Effects that it cannot try, and why:")
     for reason, names in found.items():
-        say(f"- {listed(names, 6)}: {reason}")
+        say(f"- {listed(names, len(names))}: {reason}")
     return found
 
 

@@ -32,6 +32,8 @@ AT_NOISE = 1.2
 then at most 0.7 of the noise's standard deviation."""
 _NO_BOUND = 2.0
 """Width of the interval of the part that is explained from which it is not said. [S] From nothing to twice the gap."""
+_FIRST = 4
+"""How many of a long list of effects are named. [S]"""
 _LACKS = "The model also lacks something that no effect of the library describes."
 _STOPPED = "The search was stopped before all effects were compared: this is what it had reached."
 _LITTLE_LEFT = "What is left is small, but more than noise: no effect of the library describes it."
@@ -243,7 +245,12 @@ def _unpredictive(titles: Sequence[str]) -> str:
 
 
 def _of_kinds(titles: Sequence[str]) -> str:
-    return f"It looks like {' or '.join(titles)}, of which none is probable by itself." if titles else ""
+    """A list of effects of all kinds, the first of them by name."""
+    if not titles:
+        return ""
+    more = len(titles) - _FIRST
+    shown = [*titles[:_FIRST], f"one of {more} others"] if more > 1 else titles
+    return f"It looks like {' or '.join(shown)}, of which none is probable by itself."
 
 
 def _on_one_course(titles: Sequence[str]) -> str:

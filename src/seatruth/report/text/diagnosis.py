@@ -269,13 +269,20 @@ def survivor(diagnosis: Diagnosis, name: str) -> str:
 
 
 def beside_answers_in_words(diagnosis: Diagnosis) -> str:
-    """Says that the answers' effects have something beside them that is not in the library; '' where they have not."""
+    """Says that the answers' effects have something beside them that is not in the library; '' where they have not.
+
+    With how probable it is in all, which is what the verdict says of it.
+    """
     sets = [one for one in diagnosis.hypotheses if one.effects]
     whole = sum(one.probability for one in sets)
     beside = sum(one.probability for one in sets if one.discrepancy)
     if whole < WORTH_MENTION or beside <= 0.5 * whole:
         return ""
-    return "Where effects are the answer, something most probably acts beside them that is not in the library."
+    unknown = sum(one.probability for one in diagnosis.hypotheses if one.discrepancy)
+    return (
+        "Where effects are the answer, something most probably acts beside them that is not in the library: alone or "
+        f"beside them {chance(min(unknown, 1.0))}."
+    )
 
 
 def undeclared_in_words(diagnosis: Diagnosis) -> str:
