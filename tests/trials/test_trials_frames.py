@@ -90,6 +90,7 @@ def test_utm_is_turned_from_grid_north_to_true_north(tmp_path: Path) -> None:
         (FIXES, {**PLACES, "x": "Lat"}, {}, "position is given twice"),
         ({"Lat": 0 * EAST, "Lon": 0 * EAST}, PLACES, {}, "without a fix"),
         ({"Lat": LATITUDE + np.array([0] * 5 + [3]), "Lon": LONGITUDE}, PLACES, {}, r"line 7.*more than 50 km"),
+        ({"Lat": LONGITUDE, "Lon": LATITUDE}, PLACES, {"origin": ORIGIN}, "stand in each other's place"),
         ({"Lat": np.nan * EAST, "Lon": LONGITUDE}, PLACES, {}, "no sample has a position"),
         ({"E": EAST, "N": NORTH}, {"easting": "E", "northing": "N"}, {}, "need their zone"),
         ({"E": EAST, "N": NORTH}, {"easting": "E", "northing": "N"}, {"utm": "31 north"}, "are no UTM coordinates"),

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import typer
 
 from seatruth.commands.common import JsonFile, Result, StudyPath, console, say, table
 from seatruth.commands.progress import load_study
+from seatruth.text import listed
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 def simulate(
@@ -51,6 +55,20 @@ def simulate(
     ]
     console().print(table(["trial", "channel", "RMSE", "unit"], shown, numbers=("RMSE",)))
     diverged_trials = sorted({str(row["trial"]) for row in rows if row["diverged"]})
+    for name in diverged_trials:
+        say(_where_it_diverges(name, runs[name]))
     if diverged_trials:
-        say(f"The simulation diverged on {', '.join(diverged_trials)}: check units, signs and start values.")
+        say(
+            "Check units, signs, start values, and what the equations do there: a root of a negative speed, a division."
+        )
     return Result({"fit": rows, "diverged": diverged_trials}, 1 if diverged_trials else 0)
+
+
+def _where_it_diverges(name: str, run: pd.DataFrame) -> str:
+    """From when on a trial's run (index t, s) is not finite, and what its outputs were just before."""
+    lost = int(np.flatnonzero(~np.isfinite(run.to_numpy()).all(axis=1))[0])
+    units = run.attrs["units"]
+    if lost == 0:
+        return f"The simulation of {name!r} diverges from its first sample on."
+    last = [f"{channel} {run[channel].iloc[lost - 1]:.3g} {units[channel]}" for channel in run.columns]
+    return f"The simulation of {name!r} diverges at t = {run.index[lost]:g} s, after {listed(last, len(last))}."

@@ -87,7 +87,7 @@ class Parameter:
             raise BadInput(
                 f"its start {self.value:g} lies outside its bounds [{self.min:g}, {self.max:g}]",
                 where=where,
-                do="Widen the bounds or change the value.",
+                do="Widen the bounds or change the value; where a study states a prior alone, that is its mean.",
             )
         if self.vary and self.expr is not None:
             raise BadInput("it is set by an expression and cannot vary", where=where, do="Remove `vary` or `expr`.")

@@ -131,7 +131,11 @@ def _positions(trial: Trial, frames: Frames) -> Trial:
     start = int(np.flatnonzero(ok)[0])
     origin = frames.origin or (float(latitude[start]), float(longitude[start]))
     x, y = to_plane(latitude, longitude, origin)
-    _refuse(trial, ok & (np.hypot(x, y) > MAX_DISTANCE), latitude, longitude,
+    far = ok & (np.hypot(x, y) > MAX_DISTANCE)
+    if far[ok].all() and (np.hypot(*to_plane(longitude, latitude, origin))[ok] <= MAX_DISTANCE).all():
+        raise BadInput("latitude and longitude stand in each other's place", where=place(trial, np.flatnonzero(far)),
+                       do="Exchange their columns in [channels].")  # fmt: skip
+    _refuse(trial, far, latitude, longitude,
             f"is more than {MAX_DISTANCE / 1e3:g} km from the origin {origin[0]:.7f}, {origin[1]:.7f}",
             "Mark wrong fixes with invalid_where, or set origin in [frames].")  # fmt: skip
     outputs = {name: values for name, values in trial.outputs.items() if name not in (first, second)}
