@@ -145,7 +145,7 @@ class HeadingDelay(Filtered):
     equation = "psi_m(t) = psi(t - tau)"
     source = _SOURCE
     acts_on = ("sensor:psi",)
-    confused_with = ("rudder_delay", "rudder_lag")
+    confused_with: tuple[str, ...] = ("rudder_delay", "rudder_lag")
     distinguished_by = "the heading alone is late, other sensors are in time"
     needs_outputs = ("psi",)
     parameters = (_TAU,)
