@@ -176,6 +176,9 @@ def test_no_gap_and_undecided() -> None:
     assert listed.startswith("Something acts, but these trials cannot tell what: a bank, a rudder's offset or wind (")
     beside = said("unknown", vague=["a bank", "a rudder's offset"])
     assert "It looks like a bank or a rudder's offset, of which none is probable by itself." in beside
+    both = said("unknown", form=["a cross-flow drag"], drift=["a late position"])
+    assert "It looks like a cross-flow drag." in both
+    assert "It also looks like a late position; a vehicle" in both
     many = said("unknown", vague=[f"cause {k}" for k in range(30)])
     assert "cause 2 or cause 3 or one of 26 others, of which none is probable by itself." in many
 

@@ -36,6 +36,7 @@ _FIRST = 4
 """How many of a long list of effects are named. [S]"""
 _LACKS = "The model also lacks something that no effect of the library describes."
 _STOPPED = "The search was stopped before all effects were compared: this is what it had reached."
+_LOOKS = "It looks like"
 _LITTLE_LEFT = "What is left is small, but more than noise: no effect of the library describes it."
 
 
@@ -357,4 +358,6 @@ def _listed(causes: Sequence[NamedCause]) -> str:
 
 
 def _joined(*sentences: str) -> str:
-    return " ".join(sentence for sentence in sentences if sentence)
+    """The sentences that say anything; what it looks like beside something that it looks like, it looks like also."""
+    head, looks, rest = " ".join(sentence for sentence in sentences if sentence).partition(_LOOKS)
+    return head + looks + rest.replace(_LOOKS, "It also looks like")
