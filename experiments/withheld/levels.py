@@ -23,6 +23,17 @@ def nodes() -> dict[str, frozenset[str]]:
     return {name: frozenset(of) for name, of in found.items()}
 
 
+@functools.cache
+def node_of(effect: str) -> str:
+    """The node of an effect, or of the one of which it is the form on one actuator alone; "" of what is none."""
+    whole = max((name for name in available() if effect == name or effect.startswith(f"{name}_")), key=len, default="")
+    return available()[whole].cause if whole else ""
+
+
+def _nodes_of(effect: str) -> frozenset[str]:
+    return nodes().get(effect, frozenset({node_of(effect)} - {""}))
+
+
 def named(verdict: Mapping[str, Any]) -> list[dict[str, Any]]:
     """The causes that a verdict names: node, effects, probability. The root of the tree names nothing.
 
@@ -60,7 +71,7 @@ def coarsest(causes: Sequence[Mapping[str, Any]]) -> str:
 def holds(cause: Mapping[str, Any], effects: Sequence[str]) -> bool:
     """Whether a named cause is right: some true effect lies at or below its node and is in its set."""
     return any(
-        name in cause["effects"] and any(is_within(node, cause["cause"]) for node in nodes().get(name, ()))
+        name in cause["effects"] and any(is_within(node, cause["cause"]) for node in _nodes_of(name))
         for name in effects
     )
 

@@ -13,7 +13,7 @@ sys.path.append(str(Path(__file__).resolve().parents[2] / "experiments"))
 
 from withheld.cases import Plan, draw
 from withheld.generate import sealed
-from withheld.levels import named, named_right
+from withheld.levels import holds, named, named_right, node_of
 from withheld.programs.evidence import Menu, alone, evidence
 from withheld.programs.limit import finest, limit
 from withheld.programs.ways import ANY, STRONG, ways
@@ -44,6 +44,17 @@ def test_the_finest_node_that_is_sure_enough_is_named() -> None:
     assert (group["cause"], group["effects"]) == ("environment.force_fixed_to_earth", ["wind", "wave_drift"])
     assert group["probability"] == pytest.approx(0.9)
     assert finest("wind", [(["wind"], 0.5), (["heading_bias"], 0.5)]) is None
+
+
+def test_a_form_on_one_drive_alone_has_the_node_of_its_effect() -> None:
+    """The first weak drive of a sealed set ended the score, and a right name for it would have counted as wrong."""
+    weak = "drive_gain_n_starboard"
+    sure = finest(weak, [([weak], 0.9), ([], 0.1)])
+    assert sure is not None
+    assert (sure["cause"], sure["effects"]) == (node_of("drive_gain"), [weak])
+    assert holds(sure, [weak])
+    assert not holds(sure, ["drive_gain_n_port"])
+    assert node_of("unknown") == ""
 
 
 def test_ways_and_sizes_are_those_that_the_generator_draws() -> None:

@@ -25,9 +25,9 @@ from typing import Any
 
 import numpy as np
 
-from seatruth.effects import available
 from seatruth.effects.causes import ROOT, ancestors
 from withheld.cases import FORM_BESIDE, LOOKALIKES
+from withheld.levels import node_of
 from withheld.names import NAMES, UNKNOWN
 from withheld.next_trial import read, sealed_family
 from withheld.programs.common import Rows
@@ -238,11 +238,11 @@ def finest(effect: str, candidates: Sequence[tuple[Sequence[str], float]], says:
         for name in effects:
             chances[name] = chances.get(name, 0.0) + p
     if chances[effect] >= says:
-        return {"cause": _node(effect), "effects": [effect], "probability": min(1.0, chances[effect])}
-    for node in ancestors(_node(effect)):
+        return {"cause": node_of(effect), "effects": [effect], "probability": min(1.0, chances[effect])}
+    for node in ancestors(node_of(effect)):
         if node == ROOT:
             break
-        members = [name for name in chances if name != UNKNOWN and node in ancestors(_node(name))]
+        members = [name for name in chances if name != UNKNOWN and node in ancestors(node_of(name))]
         p = min(1.0, sum(p for effects, p in candidates if set(effects) & set(members)))
         if p >= says:
             members.sort(key=lambda name: -chances[name])
@@ -259,7 +259,3 @@ def _enough(members: Sequence[str], chances: Mapping[str, float], says: float) -
         if held >= max(says, 0.95) * total:
             break
     return kept
-
-
-def _node(effect: str) -> str:
-    return available()[effect].cause
