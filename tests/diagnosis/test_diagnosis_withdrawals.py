@@ -133,6 +133,23 @@ def test_a_size_that_trials_dispute_is_named_where_the_gap_surely_shrinks() -> N
     assert without_disputed(named, hypotheses(*wind), EFFECTS, (), lambda key: validation) == named
 
 
+def test_what_is_doubtful_does_not_stay_for_what_another_cause_closes() -> None:
+    """Of a glider 60 g too heavy the weight closed the gap, and a depth that was right was 2.5 +- 1.1 % off."""
+    entries = (("heading_bias", "position_lever_arm"), 0.99, True), ((), 0.01)
+    said, found = decided(*entries), hypotheses(*entries)
+
+    def left(alone: float) -> Decision:
+        folds = (Fold("turn", said.shown, 3.0, 3.0, 3.0, 3.0, 3.0, 0.1, 5.0),)
+        known = {said.shown: 0.98, ("heading_bias",): alone}
+        return without_disputed(
+            said, found, EFFECTS, ("heading_bias",), lambda key: Validation(folds, known[key], 0.9, 1.0, 0.1)
+        )
+
+    one = left(0.97)
+    assert ([cause.effects for cause in one.clusters], one.refused) == ([("heading_bias",)], ("position_lever_arm",))
+    assert left(0.6) == said
+
+
 def test_where_motion_is_taken_for_noise_only_what_surely_predicts_or_trials_agree_about_is_named() -> None:
     entries = (("depth_lever_arm", "log_lever_arm_vertical"), 0.999, True), ((), 0.001)
     said, found = decided(*entries), hypotheses(*entries)
