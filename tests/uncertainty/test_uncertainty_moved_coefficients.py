@@ -14,7 +14,7 @@ from seatruth.uncertainty.moved_coefficients import Coefficient, moved_coefficie
 def test_what_surely_lies_outside_its_stated_prior_is_told() -> None:
     far = Coefficient("T", "s", 6.0, 1.0, 11.0, 0.5)
     farther = Coefficient("U", "m/s", 2.0, 0.1, 1.2, 0.02)
-    unsure = Coefficient("K", "1/s", 0.15, 0.02, 0.25, 0.03)
+    unsure = Coefficient("K", "1/s", 0.15, 0.02, 0.23, 0.03)
     found = moved_coefficients({"T", "U", "K"}, [far, farther, unsure])
     assert [(one.code, one.where) for one in found] == [
         ("coefficient-far", "parameter 'U'"),
@@ -27,6 +27,14 @@ def test_what_surely_lies_outside_its_stated_prior_is_told() -> None:
     # What nobody stated is no belief, and without a standard error nothing is sure.
     assert moved_coefficients({"U"}, [far]) == []
     assert moved_coefficients({"T"}, [replace(far, stderr=float("nan"))]) == []
+
+
+def test_an_error_larger_than_the_prior_s_does_not_make_it_less_sure() -> None:
+    """A glider's added mass of 50 +- 8 kg came out at 150 +- 44, without a word: two of its errors are 88 kg."""
+    (found,) = moved_coefficients({"A_33"}, [Coefficient("A_33", "kg", 50.0, 8.0, 150.0, 44.0)])
+    assert "12.5 prior standard deviations" in found.message
+    assert "yet it was not held there" in found.message
+    assert "Fix it" in found.do
 
 
 STUDY = """

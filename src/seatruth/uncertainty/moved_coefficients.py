@@ -52,8 +52,11 @@ def moved_coefficients(stated: Container[str], coefficients: Iterable[Coefficien
 
 
 def _distance(one: Coefficient) -> float:
-    """Prior standard deviations that its value is surely off."""
-    return (abs(one.value - one.declared) - _NEARER * one.stderr) / one.prior_sd
+    """Prior standard deviations that its value is surely off.
+
+    An error larger than the prior's does not make it less sure: the prior would have held what trials tell no better.
+    """
+    return (abs(one.value - one.declared) - _NEARER * min(one.stderr, one.prior_sd)) / one.prior_sd
 
 
 def _finding(one: Coefficient) -> Finding:
@@ -67,4 +70,10 @@ def _finding(one: Coefficient) -> Finding:
         "If the prior holds, the vehicle has changed in what this stands for, or it makes up for something that the"
         " model lacks."
     )
+    if one.stderr > one.prior_sd:
+        text += " The trials tell it less well than the prior does, and yet it was not held there."
+        do = (
+            "The fit counts each sample of what the model misses as news. Fix it (`vary = false`), and compare what is"
+            " missed then; or leave [noise] out, so that the noise is that of the misfit."
+        )
     return Finding("warning", "coefficient-far", text, f"parameter {one.name!r}", do)
