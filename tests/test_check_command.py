@@ -36,7 +36,7 @@ def test_the_preview_says_at_which_noise_its_errors_hold(
     shown = " ".join(capsys.readouterr().out.split())
     assert said in shown
     assert "A best std. error is a bound" in shown
-    assert "A diagnosis of this study can try " in shown
+    assert " effects; --json lists them." in shown
     assert "Effects that it cannot try, and why: - " in shown
     assert "the model's rhs takes no environment e" in shown
 

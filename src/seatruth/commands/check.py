@@ -47,10 +47,10 @@ def check(
             findings = gravest_first([*findings, *reversed_inputs(loaded)])
         _show(findings)
         errors = sum(finding.severity == "error" for finding in findings)
-        moved, lacks = None, dict[str, list[str]]()
+        moved, usable, lacks = None, list[str](), dict[str, list[str]]()
         if preview and not errors:
             moved = _preview(loaded)
-            lacks = _lacks(loaded)
+            usable, lacks = _effects(loaded)
         elif preview:
             say("\nThe preview of what the trials can move is left out until the errors are put right.")
         cost = [] if errors else say_cost(loaded, None)
@@ -62,6 +62,7 @@ def check(
         "findings": [vars(finding) for finding in findings],
         "errors": errors,
         "preview": moved,
+        "effects": usable,
         "effects_lacking": lacks,
         "cost": cost,
         "reasons": [] if moved is None else moved.attrs["reasons"],
@@ -69,24 +70,24 @@ def check(
     return Result(data, 1 if errors else 0)
 
 
-def _lacks(study: Study) -> dict[str, list[str]]:
-    """Effects that a diagnosis cannot try for want of something in the model, by that reason."""
+def _effects(study: Study) -> tuple[list[str], dict[str, list[str]]]:
+    """Effects that a diagnosis can try, and those that it cannot for want of something in the model, by that reason."""
     from seatruth.diagnosis.preconditions import usable_effects
     from seatruth.effects.lacking import lacking
 
     if study.cost.kind == "formula":
-        return {}
+        return [], {}
     try:
         usable, _ = usable_effects(study, None)
     except BadInput:  # what keeps all of them is said below
         usable = []
     found = lacking(study.model)
-    say(f"\nA diagnosis of this study can try {len(usable)} effects{'' if found else ': all that its kind has'}.")
+    say(f"\nA diagnosis of this study can try {len(usable)} effects; --json lists them.")
     if found:
         say("Effects that it cannot try, and why:")
     for reason, names in found.items():
         say(f"- {listed(names, len(names))}: {reason}")
-    return found
+    return [effect.name for effect in usable], found
 
 
 def _steps(steps: Sequence[Any]) -> str:
