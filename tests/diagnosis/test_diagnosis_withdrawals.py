@@ -16,6 +16,7 @@ from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.diagnosis.withdrawals import (
     without_disputed,
     without_leaning,
+    without_little,
     without_opposed,
     without_taken_for_noise,
     without_unseen,
@@ -148,6 +149,21 @@ def test_what_is_doubtful_does_not_stay_for_what_another_cause_closes() -> None:
     one = left(0.97)
     assert ([cause.effects for cause in one.clusters], one.refused) == ([("heading_bias",)], ("position_lever_arm",))
     assert left(0.6) == said
+
+
+def test_what_is_neither_sure_nor_much_is_not_named() -> None:
+    """Of a boat whose outer propeller drew air in turns: a rate limit of the thrusters, 81 % and 9 % of the gap."""
+
+    def left(probability: float, share: float, lower: float = -0.4, beside: bool = True) -> Decision:
+        entries = (("rudder_rate_limit",), probability, beside), ((), 1.0 - probability, beside)
+        said, found = decided(*entries), hypotheses(*entries)
+        folds = (Fold("turn", said.shown, 3.0, 3.0, 3.0, 3.0, 3.0, 0.1, 5.0),)
+        return without_little(said, found, lambda name: share, lambda key: Validation(folds, 0.14, lower, 0.7, 0.2))
+
+    assert (left(0.81, 0.09).kind, left(0.81, 0.09).refused) == ("unknown", ("rudder_rate_limit",))
+    for stays in (left(0.95, 0.09), left(0.81, 0.5), left(0.81, math.nan), left(0.81, 0.09, 0.02)):
+        assert [cause.effects for cause in stays.clusters] == [("rudder_rate_limit",)]
+    assert [cause.effects for cause in left(0.81, 0.09, beside=False).clusters] == [("rudder_rate_limit",)]
 
 
 def test_where_motion_is_taken_for_noise_only_what_surely_predicts_or_trials_agree_about_is_named() -> None:

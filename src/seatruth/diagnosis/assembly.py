@@ -44,6 +44,7 @@ from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis
 from seatruth.diagnosis.withdrawals import (
     without_disputed,
     without_leaning,
+    without_little,
     without_opposed,
     without_taken_for_noise,
     without_unseen,
@@ -176,7 +177,7 @@ class Assembly:
         fit = self.search.beside(left.shown, self._beside)
         sure = [name for name in left.shown if fit is None or is_sure(self.problem, fit, name)]
         left = without_disputed(left, found, effects, sure, self._validated)
-        left = self._but_drift(left)
+        left = self._but_drift(without_little(left, found, gap.share, self._validated))
         if not self._noise_is_motion or not left.shown:
             return left
         each = {} if fit is None else {name: self.gains(name, fit.effects) for name in left.shown}
