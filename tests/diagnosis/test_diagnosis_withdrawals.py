@@ -155,7 +155,8 @@ def test_what_is_neither_sure_nor_much_is_not_named() -> None:
     """Of a boat whose outer propeller drew air in turns: a rate limit of the thrusters, 81 % and 9 % of the gap."""
 
     def left(probability: float, share: float, lower: float = -0.4, beside: bool = True) -> Decision:
-        entries = (("rudder_rate_limit",), probability, beside), ((), 1.0 - probability, beside)
+        lacking = (True,) if beside else ()
+        entries = (("rudder_rate_limit",), probability, *lacking), ((), 1.0 - probability, *lacking)
         said, found = decided(*entries), hypotheses(*entries)
         folds = (Fold("turn", said.shown, 3.0, 3.0, 3.0, 3.0, 3.0, 0.1, 5.0),)
         return without_little(said, found, lambda name: share, lambda key: Validation(folds, 0.14, lower, 0.7, 0.2))
