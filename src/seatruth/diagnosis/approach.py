@@ -54,8 +54,8 @@ def approached(problem: Problem, effects: tuple[str, ...], point: Point, sizes: 
 def stepped_under(problem: Problem, effects: tuple[str, ...], point: Point, sizes: Sizes, discrepancy: bool) -> Point:
     """Where steps under these sizes lead from a point.
 
-    Sizes are set for the linear optimum. Where an effect takes the place of large forces, that of the forces falls to
-    nothing at once, and where runs bend no step leads there: the point keeps its forces, at any price.
+    Sizes are set for the linear optimum. Where an effect takes the place of large forces there, the size of these falls
+    to nothing at once, and where runs bend no step leads to it: the point keeps its forces, at any price.
     """
     taken: Step | None = None
     for _ in range(_HELD_STEPS):

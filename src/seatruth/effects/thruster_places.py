@@ -51,7 +51,7 @@ def check_thruster_places(model: Model) -> None:
 def _turns(model: Model, thruster: Thruster) -> dict[str, tuple[float, float]]:
     """What full power of a thruster's input adds to each rate of turn at rest: by the equations, and as declared.
 
-    None where nothing is computed there, or where other inputs turn it.
+    Empty where nothing is computed there, or where an input turns the thruster.
     """
     if thruster.turned_by is not None or model.thrusts is None:
         return {}
@@ -70,7 +70,7 @@ def _turns(model: Model, thruster: Thruster) -> dict[str, tuple[float, float]]:
             parts = [part + float(force - idle) * share for part, share in zip(parts, push(one, p))]
         X, Y, Z, K, M, N = parts
         as_declared = rates_at(model, inputs=i._asdict(), e=Environment(X=X, Y=Y, Z=Z, K=K, M=M, N=N)) - still
-    except (*NOT_COMPUTED, ValueError):
+    except NOT_COMPUTED:
         return {}
     names = [model.standard_of(channel.name)[0] for channel in model.states]
     turns = {name: (float(found[k]), float(as_declared[k])) for k, name in enumerate(names) if name in _TURNS}
