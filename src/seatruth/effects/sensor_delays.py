@@ -16,7 +16,7 @@ from seatruth.effects.filtered import (
     delayed_slowly,
     filter_rates,
 )
-from seatruth.effects.sensors import LOG
+from seatruth.effects.sensors import LOG, sinking
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
 
@@ -198,9 +198,8 @@ class DepthDelay(HeadingDelay):
         return filter_rates(y.z, s.first, s.second, 0.0, self.filter_time)
 
     def initial_state(self, y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
-        u, w, theta = (getattr(y, name, 0.0) for name in ("u", "w", "theta"))
-        sinking = w * math.cos(theta) - u * math.sin(theta)
-        return y.z - self.filter_time * sinking, y.z - 2.0 * self.filter_time * sinking
+        late = self.filter_time * sinking(y)
+        return y.z - late, y.z - 2.0 * late
 
 
 class RateDelay(Filtered):

@@ -282,6 +282,12 @@ class DepthScale(Effect):
         return y._replace(z=y.z + q.k * y.z)
 
 
+def sinking(y: Any) -> Any:
+    """Rate of the depth at the start of a trial, m/s, by its first speeds and pitch; zero where none is recorded."""
+    u, w, theta = (getattr(y, name, 0.0) for name in ("u", "w", "theta"))
+    return w * math.cos(theta) - u * math.sin(theta)
+
+
 class DepthLag(Filtered):
     """The depth sensor follows the depth with a first-order lag.
 
@@ -320,6 +326,5 @@ class DepthLag(Filtered):
 
     @staticmethod
     def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
-        u, w, theta = (getattr(y, name, 0.0) for name in ("u", "w", "theta"))
-        sinking = w * math.cos(theta) - u * math.sin(theta)
-        return y.z, y.z, sinking, 2.0 * sinking
+        rate = sinking(y)
+        return y.z, y.z, rate, 2.0 * rate
