@@ -13,7 +13,7 @@ from searched_by_hand import searched
 import seatruth.diagnosis.siblings as module
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search
 from seatruth.diagnosis.problem import Point
-from seatruth.diagnosis.siblings import fit_siblings, siblings
+from seatruth.diagnosis.siblings import fit_rivals, fit_siblings, siblings
 from seatruth.effects import available
 
 
@@ -93,3 +93,46 @@ def test_beside_forces_a_sibling_that_was_never_fitted_is_tried(monkeypatch: pyt
     tried = {("rudder_lag", "current"): 1.0, ("rudder_delay", "current"): 1.0}
     fit_siblings(straying({("rudder_rate_limit",): 736.0, **tried}))
     assert fitted == []
+
+
+@pytest.mark.parametrize(("promised", "again"), [(820.0, True), (798.5, False)])
+def test_what_looks_like_the_leader_begins_at_its_end_where_it_promises_more_there(
+    monkeypatch: pytest.MonkeyPatch, promised: float, again: bool
+) -> None:
+    """Of a glider, `trim` stood 24 nats behind a battery offset, for that it had ended short."""
+    found = searched({
+        (): 0.0, ("rudder_lag",): 822.0, ("rudder_delay",): 798.0, ("rudder_offset",): 600.0, ("current",): 100.0,
+        ("rudder_lag", "trial_current"): 815.0,
+    })  # fmt: skip
+    for fit in found.fits.values():
+        cast(Any, fit).price = 2.0
+    fitted: list[tuple[Key, bool, list[float], str, float]] = []
+
+    class Likelihood:
+        def __init__(self, problem: Any, linear: Any) -> None:
+            assert linear.errors.size
+
+        def evidence(self, sizes: Any, key: Key) -> float:
+            return promised + 2.0
+
+    def begun(problem: Any, near: Any, name: str, values: Any) -> Point:
+        shared = near.point.shared.copy()
+        shared[problem.columns[name]] = values
+        return Point(shared, near.point.initial, near.point.forces)
+
+    def kept(
+        found: Search, key: Key, on: bool, point: Point, sizes: Any, attempt: str, rival: float, stop: Any
+    ) -> None:
+        fitted.append((key, on, point.shared.tolist(), attempt, rival))
+
+    monkeypatch.setattr(module, "fit_once", kept)
+    monkeypatch.setattr(module, "started", begun)
+    monkeypatch.setattr(module, "replace", lambda fit, point: SimpleNamespace(**{**vars(fit), "point": point}))
+    monkeypatch.setattr(module, "Likelihood", Likelihood)
+    monkeypatch.setattr(module, "log_prior", lambda *others: 0.0)
+    monkeypatch.setattr(Search, "known_end", lambda self, key, on: None)
+    cast(Any, found.problem).linearize = lambda point, key, discrepancy: SimpleNamespace(errors=np.zeros(3))
+    fit_rivals(found)
+    words = "from the end of rudder_lag, in the place of rudder_lag"
+    anew = (("rudder_delay",), True, [0.0, 0.0, 1.0, 0.0, 0.0, 0.0], words, 798.0)
+    assert fitted == ([anew] if again else [])

@@ -22,6 +22,7 @@ from seatruth.diagnosis.withdrawals import (
     without_unseen,
     without_unsure,
     without_untried,
+    without_vague,
 )
 from seatruth.effects import available
 
@@ -71,6 +72,29 @@ def test_what_follows_each_trial_is_not_named_of_a_model_that_meets_its_noise() 
     kept = without_unseen(both, hypotheses(*entries), EFFECTS)
     assert (kept.kind, kept.shown, kept.small) == ("effects", ("current",), ())
     assert [cluster.effects for cluster in kept.clusters] == [("current",)]
+
+
+def test_several_effects_of_a_family_alone_must_be_sure_where_nothing_is_left_to_explain() -> None:
+    """Of a hull of another form on which nothing acted, an error of one sensor or another had 64 %."""
+    entries = (("gyro_bias",), 0.4), (("heading_bias",), 0.36), ((), 0.04), ((), 0.2, True)
+    said, found = decided(*entries), hypotheses(*entries)
+    assert [(one.cause, len(one.effects)) for one in said.clusters] == [("sensor.bias_or_scale", 2)]
+    assert without_vague(said, found) == said  # of one kind
+    (cluster,) = said.clusters
+    vague = replace(said, clusters=(replace(cluster, cause="sensor"),))
+    left = without_vague(vague, found)
+    assert (left.kind, left.clusters, left.shown) == ("underpowered", (), ())
+    assert (left.acts, left.vague) == (True, cluster.effects)
+    assert left.probability == pytest.approx(0.76)
+    # What nothing may stand beside is not said to act.
+    unsure = without_vague(vague, hypotheses((("gyro_bias",), 0.76), ((), 0.24)))
+    assert (unsure.kind, unsure.acts, unsure.vague) == ("underpowered", False, ())
+    sure = replace(vague, clusters=(replace(cluster, cause="sensor", probability=0.93),))
+    assert without_vague(sure, found) == sure
+    alone = replace(vague, clusters=(replace(cluster, cause="sensor", effects=("gyro_bias",)),))
+    assert without_vague(alone, found) == alone
+    both = replace(vague, clusters=(*sure.clusters, *vague.clusters))
+    assert without_vague(both, found).clusters == sure.clusters
 
 
 def test_what_was_significant_beside_a_refused_effect_alone_falls_with_it() -> None:

@@ -50,6 +50,7 @@ from seatruth.diagnosis.withdrawals import (
     without_unseen,
     without_unsure,
     without_untried,
+    without_vague,
 )
 from seatruth.effects import Effect
 from seatruth.effects.causes import ROOT, title
@@ -128,6 +129,7 @@ class Assembly:
         said = self._fitted(without_tiny(said, self._weighed, self._gap_of(said.shown), gap=self._leaves_a_gap), said)
         if not self._leaves_a_gap:  # nothing is small beside a gap that is noise
             said = self._fitted(without_unseen(said, self._weighed, self.problem.effects), said)
+            said = self._fitted(without_vague(said, self._weighed), said)
             return self._fitted(self._but_drift(said), said)
         gap = self._gap_of(said.shown)
         said = self._fitted(without_small(said, self._weighed, self.problem.effects, gap, self.settings), said)

@@ -38,7 +38,7 @@ _MOST_ALIKE = 5
 """The same where each of them shows in these trials what the first one does. [S] A steady push to one side is a bank's,
 a rudder's that stands off, a thruster's that points aside, a propeller's, or a hull's: naming all five says what to
 look at."""
-_SURELY = 0.05
+SURELY = 0.05
 """Probability that nothing acts up to which it is said that something does. [S] As bounds of one side are."""
 _ROUNDS = 3
 """Answers that are asked, the most probable first, where what leads does not predict. [S] Each costs some fits."""
@@ -166,7 +166,7 @@ def decide(
             refused=refused,
             vague=vague.effects if vague is not None and not refused else (),
         )
-    acts = none <= _SURELY
+    acts = none <= SURELY
     return Decision(
         "underpowered",
         (),

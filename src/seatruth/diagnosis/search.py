@@ -31,7 +31,7 @@ from seatruth.diagnosis.refinement import refine
 from seatruth.diagnosis.screening import screen, waves_beside, weather_of_each_trial
 from seatruth.diagnosis.sections import RunsBend, most_sections
 from seatruth.diagnosis.sensors_beside import fit_sensor_errors
-from seatruth.diagnosis.siblings import fit_siblings
+from seatruth.diagnosis.siblings import fit_rivals, fit_siblings
 from seatruth.diagnosis.sizes import noise_prior
 from seatruth.effects.each_trial import EachTrial
 from seatruth.simulate import OutOfRuns
@@ -94,6 +94,7 @@ def search(
         stages: tuple[tuple[str, Callable[[], None]], ...] = (
             ("what looks like the leading sets", lambda: _fit_alike(found, 1)),
             ("what stands beside their effects in the tree of causes", lambda: fit_siblings(found)),
+            ("what looks like their effects, from their ends", lambda: fit_rivals(found)),
             ("leading sets with values for each trial", lambda: _fit_each_trial(found)),
             ("parts of the leading sets", lambda: _refit_parts(found)),
             ("errors of sensors beside the leading set", lambda: fit_sensor_errors(found)),

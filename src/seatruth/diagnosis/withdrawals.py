@@ -1,11 +1,11 @@
 """What is taken back of a decision once it is seen what its causes close of the gap, and what they predict of it.
 
 What is too small to be the cause stands in `practical_size.py`, what trials left out are predicted better without in
-`outdone.py`. Of eight other things nothing is named: what explains the trials only together with its opposite, what may
+`outdone.py`. Of nine other things nothing is named: what explains the trials only together with its opposite, what may
 as well be something that cannot be tried, what trials disagree about so far that it may be nothing, what is neither
 sure nor much, what is no longer significant without these, what stands only beside an effect of a size that nobody
-believes, what does not surely predict where motion is taken for noise, and what no trial left out could show where the
-model leaves no more than noise.
+believes, what does not surely predict where motion is taken for noise, and where the model leaves no more than noise
+what no trial left out could show, and what is neither sure nor of one kind.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 
 from seatruth.diagnosis.clusters import Cluster
-from seatruth.diagnosis.decision import Decision, kind_of
+from seatruth.diagnosis.decision import SURELY, Decision, kind_of
 from seatruth.diagnosis.hypotheses import Key
 from seatruth.diagnosis.parts import Validation
 from seatruth.diagnosis.posterior import ENVIRONMENT
@@ -82,6 +82,28 @@ def without_unseen(decision: Decision, found: Sequence[Hypothesis], effects: Map
         lacking = probably_lacking(found, unseen)
         return Decision("unknown", (), lacking, True, (), decision.form, decision.along, unseen)
     return keeping(decision, kept)
+
+
+def without_vague(decision: Decision, found: Sequence[Hypothesis]) -> Decision:
+    """The decision where the refitted model leaves no more than noise, less what is neither sure nor of one kind.
+
+    That is below 0.9, and several effects that have no more than their family in common. There is no gap that it could
+    close on trials left out, so that nothing but its probability speaks for it. Of a hull of another form on which
+    nothing acted, the scale of a speed or another error of a sensor had 64 %.
+    """
+    vague = [one for one in decision.clusters if one.probability < _SURE and len(one.effects) > 1 and _of_a_family(one)]
+    kept = tuple(one for one in decision.clusters if one not in vague)
+    if not vague or kept:
+        return keeping(decision, kept) if vague else decision
+    none = sum(one.probability for one in found if not one.effects and not one.discrepancy)
+    acts = none <= SURELY
+    first = max(vague, key=lambda one: one.probability)
+    return Decision("underpowered", (), first.probability, False, (), acts=acts, vague=first.effects if acts else ())
+
+
+def _of_a_family(cluster: Cluster) -> bool:
+    """Whether its effects have no more in common than the family of their causes, such as `sensor`."""
+    return "." not in cluster.cause
 
 
 def others(decision: Decision, cluster: Cluster) -> Key:
