@@ -17,6 +17,7 @@ from documents import ROOT, blocks, execute, files, install
 from fmu_ships import ship_fmu
 
 from seatruth import identify, load_model, load_study
+from seatruth.costs.sensor_places import receiver_in_two_places
 from seatruth.readers import available
 from seatruth.sample import FOLDER, copy_to
 
@@ -134,7 +135,7 @@ class Plane(Model):
 
 def test_the_study_of_an_rov(folder: Path) -> None:
     """The page's tables on rows of 10 Hz, with cells that are empty where a sensor has no sample."""
-    (study,) = [block for _, kind, block in blocks("docs/how-to/prepare_a_diagnosis.md") if kind == "toml"]
+    _, study = [block for _, kind, block in blocks("docs/how-to/prepare_a_diagnosis.md") if kind == "toml"]
     (folder / "rov.toml").write_text(
         f'[study]\nname = "rov"\n[model]\nuse = "plane.py:Plane"\nvary = ["d"]\n[time]\ncolumn = "t"\n{study}\n'
         '[[trials]]\nfile = "log.csv"\n'
@@ -149,6 +150,25 @@ def test_the_study_of_an_rov(folder: Path) -> None:
     (trial,) = load_study("rov.toml").trials
     valid = {name: int(np.isfinite(values).sum()) for name, values in trial.outputs.items()}
     assert valid == {"u": 300, "v": 600, "psi": 600, "r": 600, "x": 59, "y": 59}
+
+
+def test_the_study_of_a_ship(folder: Path) -> None:
+    """The page's tables on the log of a bridge: the receiver's place holds for its position and its velocity."""
+    study, _ = [block for _, kind, block in blocks("docs/how-to/prepare_a_diagnosis.md") if kind == "toml"]
+    (folder / "ship.toml").write_text(
+        f'[study]\nname = "ship"\n[model]\nuse = "mmg"\nvary = ["Y_v"]\n[time]\ncolumn = "t"\n{study}\n'
+        '[[trials]]\nfile = "log.csv"\n'
+    )
+    t = np.arange(300.0)
+    log = {"t": t, "rudder_deg": 5.0 * np.sin(0.05 * t), "rpm": 100.0 + 0.0 * t, "rot": 0.0 * t, "heading": 0.0 * t}
+    # Due north at 12 kn: a minute of latitude each five minutes.
+    log |= {"lat": 54.0 + t / 300.0 / 60.0, "lon": 10.0 + 0.0 * t, "sog": 12.0 + 0.0 * t, "cog": 0.0 * t}
+    pd.DataFrame({**log, "stw": 12.0 + 0.0 * t}).to_csv(folder / "log.csv", index=False)
+    loaded = load_study("ship.toml")
+    (trial,) = loaded.trials
+    assert [channel.name for channel in loaded.model.outputs] == ["x", "y", "psi", "r", "u_w", "v_n", "v_e"]
+    assert np.ptp(trial.outputs["x"]) == pytest.approx(1852.0 * 299.0 / 300.0, rel=0.01)
+    assert receiver_in_two_places(loaded) == []
 
 
 def test_channels(folder: Path) -> None:

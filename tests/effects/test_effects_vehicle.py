@@ -15,10 +15,11 @@ from seatruth.effects import available, with_effects
 from seatruth.effects.base import Effect
 from seatruth.effects.black_box import ExtendedBlackBox
 from seatruth.effects.through_ports import OutsideEffects
-from seatruth.effects.vehicle import straight_drag
+from seatruth.effects.vehicle import role_of, straight_drag
 from seatruth.errors import BadInput
 from seatruth.models import BlackBox, Channel, Environment, Model, Parameter, Thruster
 from seatruth.models.base import record
+from seatruth.models.geometry import Dimensions
 from seatruth.models.twin_thruster import FULL, TwinThruster
 from seatruth.trials import Trial
 from seatruth.workers import by_value
@@ -322,3 +323,73 @@ def test_no_drag_follows_where_no_force_acts_or_nothing_slows(kind: type[Model])
     assert straight_drag(model) is None
     assert available()["drag_increase"].missing(model) != ""
     assert straight_drag(TwinBox()) is None
+
+
+class OneScrew(Model):
+    """A ship that names its propeller, and so gives the force of a list of one thruster."""
+
+    name = "one_screw"
+    kind = "ship"
+    states = outputs = (
+        Channel("u", "m/s"), Channel("v", "m/s"), Channel("r", "rad/s"), Channel("psi", "rad")
+    )  # fmt: skip
+    inputs = (Channel("delta", "rad"), Channel("n", "rev/s"))
+    parameters = (Parameter("m", 5000.0, "kg"), Parameter("L", 12.0, "m"))
+    actuators: tuple[Thruster, ...] = (Thruster("screw", "n", at=(-5.0, 0.0, 1.0), towards=(1.0, 0.0, 0.0), full=20.0),)
+
+    @staticmethod
+    def dimensions(p: Any) -> Dimensions:
+        return Dimensions(p.L, 3.0, 1.0, p.m, 1025.0)
+
+    @staticmethod
+    def thrusts(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        return (i.n * (40.0 * i.n - 20.0 * (s.u - e.u_c)),)
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        (T,) = OneScrew.thrusts(s, i, p, e)
+        u, v = s.u - e.u_c, s.v - e.v_c
+        return (
+            (T - 300.0 * u * abs(u) + e.X) / p.m + e.du_c,
+            (e.Y - 2000.0 * v) / p.m + e.dv_c,
+            (e.N - 4000.0 * s.r - 800.0 * i.delta) / p.m,
+            s.r,
+        )
+
+
+def test_the_only_screw_of_a_ship_has_the_side_force_of_a_propeller() -> None:
+    """A ship whose screw was named as a thruster lost it; errors of the thrust are those of the named thruster."""
+    model = OneScrew()
+    thrust = role_of(model, "thrust")
+    s = record("States", model.states)(2.0, 0.0, 0.0, 0.0)
+    i, p = record("Inputs", model.inputs)(0.0, 10.0), record("Parameters", model.parameters)(5000.0, 12.0)
+    assert thrust(s, i, p, Environment()) == 10.0 * (400.0 - 40.0)
+    missing = {name: available()[name].missing(model) for name in ("propeller_walk", "thruster_gain")}
+    assert missing == {"propeller_walk": "", "thruster_gain": ""}
+    for name, instead in (("thrust_gain", "thruster_gain"), ("thrust_misalignment", "thruster_direction")):
+        assert f"{instead!r} says the same" in available()[name].missing(model)
+    walking = with_effects(model, [available()["propeller_walk"]])
+    s, i = record("S", walking.states)(2.0, 0.0, 0.0, 0.0), record("I", walking.inputs)(0.0, 10.0)
+    rates = [
+        walking.rhs(
+            s, i, record("P", walking.parameters)(**{**walking.nominal(), "propeller_walk_k": k}), Environment()
+        )
+        for k in (0.0, 0.1)
+    ]
+    assert rates[1][1] - rates[0][1] == pytest.approx(0.1 * 40.0 * 10.0**2 / 5000.0)
+
+
+@pytest.mark.parametrize(
+    "thruster",
+    [
+        Thruster("bow", "n", at=(5.0, 0.0, 1.0), towards=(1.0, 0.0, 0.0), full=20.0),
+        Thruster("tunnel", "n", at=(-5.0, 0.0, 1.0), towards=(0.0, 1.0, 0.0), full=20.0),
+        Thruster("port", "n", at=(-5.0, -1.0, 1.0), towards=(1.0, 0.0, 0.0), full=20.0),
+        Thruster("pod", "n", at=(-5.0, 0.0, 1.0), towards=(1.0, 0.0, 0.0), full=20.0, turned_by="delta"),
+    ],
+)
+def test_a_thruster_that_is_no_propeller_has_none(thruster: Thruster) -> None:
+    class Other(OneScrew):
+        actuators = (thruster,)
+
+    assert available()["propeller_walk"].missing(Other())

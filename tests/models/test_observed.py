@@ -240,6 +240,9 @@ def test_what_a_model_cannot_show_is_refused(model: Model, channel: str, measure
 def test_wrong_observations_are_refused() -> None:
     with pytest.raises(BadInput, match=r"no measure 'speed'.*"):
         Observation("log", "speed")
+    with pytest.raises(BadInput, match="no measure 'stw'") as problem:
+        Observation("log", "stw")
+    assert "'u_w'" in problem.value.do
     with pytest.raises(BadInput, match="three finite numbers"):
         Observation("sog", at=(1.0, math.nan, 0.0))
     with pytest.raises(BadInput, match="named twice"):

@@ -76,6 +76,8 @@ def test_channels_that_nobody_knows(folder: Path) -> None:
     for name in ("uuu", "uu"):
         assert f"unknown channel '{name}'. Did you mean 'u'?" in found
     assert "unknown channel 'rr'. Did you mean 'r'?" in found
+    found = said(folder, "run1.csv", '[noise]\nn_port = "0.1 rpm"')
+    assert "unknown channel 'n_port'. It is an input, which is taken as recorded: [noise] is that of outputs." in found
     assert "time is not a channel. Describe it in [time]." in said(folder, "run1.csv", "", 't = { unit = "s" }')
 
 

@@ -25,7 +25,8 @@ _STYLES = {"error": "bold red", "warning": "yellow", "note": ""}
 def check(
     study: StudyPath,
     preview: Annotated[
-        bool, typer.Option("--preview/--no-preview", help="Also say which parameters the trials can move.")
+        bool,
+        typer.Option("--preview/--no-preview", help="Also say what the trials can move, and what can be diagnosed."),
     ] = True,
     json_file: JsonFile = None,
 ) -> Result:
@@ -47,7 +48,7 @@ def check(
             findings = gravest_first([*findings, *reversed_inputs(loaded)])
         _show(findings)
         errors = sum(finding.severity == "error" for finding in findings)
-        moved, usable, lacks = None, list[str](), dict[str, list[str]]()
+        moved, usable, lacks = None, None, None
         if preview and not errors:
             moved = _preview(loaded)
             usable, lacks = _effects(loaded)

@@ -82,7 +82,7 @@ class ThrustMisalignment(AtStern):
     null: Mapping[str, float] = {"angle": 0.0}
 
     def missing(self, model: Model) -> str:
-        reason = super().missing(model)
+        reason = of_named_thruster(model, "thruster_direction") or super().missing(model)
         if not reason and not _falls_with_speed(model):
             reason = "the model's thrust does not depend on the speed: it is one with `propeller_walk`"
         return reason
@@ -91,6 +91,12 @@ class ThrustMisalignment(AtStern):
     def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
         Y = q.angle * d.thrust
         return e._replace(Y=e.Y + Y, N=e.N - STERN * d.length * Y)
+
+
+def of_named_thruster(model: Model, instead: str) -> str:
+    """Why an error of the thrust does not act where a thruster is named whose effects say the same; empty elsewhere."""
+    named = model.thrust is None and model.thrusts is not None and role_of(model, "thrust") is not None
+    return f"the model names its thruster, of which {instead!r} says the same" if named else ""
 
 
 def _falls_with_speed(model: Model) -> bool:
@@ -170,6 +176,9 @@ class ThrustGain(Effect):
     needs_vehicle = ("thrust",)
     parameters = (Parameter("k", -0.1, "1", -0.8, 0.8, source="[S] catalogue", description="relative change"),)
     null: Mapping[str, float] = {"k": 0.0}
+
+    def missing(self, model: Model) -> str:
+        return of_named_thruster(model, "thruster_gain") or super().missing(model)
 
     @staticmethod
     def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:

@@ -35,7 +35,33 @@ def role_of(model: Model, role: str) -> Any:
     declared = getattr(model, role)
     if declared is None and role == "drag":
         return straight_drag(model)
-    return straight_thrust(model) if declared is None and role == "thrust" else declared
+    if declared is None and role == "thrust":
+        return _force_of_propeller(model) or straight_thrust(model)
+    return declared
+
+
+def _force_of_propeller(model: Model) -> Role | None:
+    """The force (N) of a model's only thruster where that is a propeller: fixed, on the centreline, it pushes ahead.
+
+    Example:
+        >>> from seatruth import load_model
+        >>> _force_of_propeller(load_model("twin_thruster")) is None
+        True
+    """
+    named = [one for one in model.actuators if isinstance(one, Thruster)]
+    thrusts = model.thrusts
+    if thrusts is None or len(named) != 1 or named[0].turned_by is not None:
+        return None
+    p = record("Parameters", model.parameters)(**model.nominal())
+    forward, side, _ = (float(entry(one, p)) for one in named[0].at)
+    ahead = float(entry(named[0].towards[0], p))
+    if side != 0.0 or forward > 0.0 or ahead != 1.0:
+        return None
+
+    def thrust(s: Any, i: Any, p: Any, e: Any) -> Any:
+        return thrusts(s, i, p, e)[0]
+
+    return thrust
 
 
 def dimensions_of(model: Model) -> Dimensions | None:

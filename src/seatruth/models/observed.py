@@ -29,6 +29,11 @@ from seatruth.trials.trial import Trial
 
 ORIGIN: Place = (0.0, 0.0, 0.0)
 _RATES: Mapping[str, str] = {"u_dot": "u", "v_dot": "v", "w_dot": "w", "p_dot": "p", "q_dot": "q", "r_dot": "r"}
+_MEANT: Mapping[str, str] = {
+    **dict.fromkeys(("stw", "speed_through_water", "log"), "A speed through the water, ahead, is 'u_w'."),
+    **dict.fromkeys(("heading", "hdg", "yaw"), "A heading is 'psi'."),
+    **dict.fromkeys(("rot", "yaw_rate", "rate_of_turn"), "A rate of turn is 'r'."),
+}
 
 
 @dataclass(frozen=True)
@@ -56,7 +61,8 @@ class Observation:
     def __post_init__(self) -> None:
         where = f"channel {self.channel!r}"
         if self.measured not in MEASURES:
-            raise BadInput(f"there is no measure {self.measured!r}", where=where, do=nearest(self.measured, MEASURES))
+            do = _MEANT.get(self.measured.lower()) or nearest(self.measured, MEASURES)
+            raise BadInput(f"there is no measure {self.measured!r}", where=where, do=do)
         if len(self.at) != 3 or not all(math.isfinite(x) for x in self.at):
             raise BadInput("its place is not three finite numbers", where=where, do="Give metres as [x, y, z].")
 

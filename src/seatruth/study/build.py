@@ -55,7 +55,10 @@ def study(file: StudyFile, source: Path, name: str, problems: Problems, progress
             "Name those to identify: vary = [...] in [model], or vary = true in [parameters.NAME].",
         )
     pair = observations.speed_and_course(model, file)
-    hints = observations.without_velocity(model, file)
+    of_inputs = {
+        c.name: "It is an input, which is taken as recorded: [noise] is that of outputs." for c in model.inputs
+    }
+    hints = {**of_inputs, **observations.without_velocity(model, file)}
     sd = noise.deviations(file.noise, (*model.outputs, *pair[:1]), ("noise",), problems, hints=hints)
     initial = noise.deviations(file.cost.initial_sd, model.states, ("cost", "initial_sd"), problems, estimate=False)
     trials, holdout = trial_files.read(

@@ -65,8 +65,8 @@ SIGNIFICANT = 4.0
 """Standard errors: about one chance in 16,000, so that forty checks of forty trials stay quiet on good data."""
 HEADING_OFF = 0.06
 """rad, 3.4 deg: larger than a compass's deviation; basin axes that are not those of the heading show as more."""
-HEADING_APART = 0.44
-"""rad, 25 deg: beyond any compass, and beyond the drift of a ship that turns to one side all the time. [S]"""
+HEADING_APART = 0.26
+"""rad, 15 deg: beyond a compass, and beyond the drift of a ship that turns to one side by 0.1 rad over a window. [S]"""
 HALF_TURN = 0.2
 """rad, 11 deg: a heading within this of half a turn off is one that points astern, with a compass's deviation."""
 EXPLAINED = 0.35
