@@ -195,6 +195,18 @@ def test_parameters_that_trade_off_are_named() -> None:
     assert set(found.parameters["verdict"]) <= {"not identifiable", "weak", "at bound"}
 
 
+def test_a_scale_that_a_prior_holds_is_known_by_it() -> None:
+    """A mass known to 1 % makes the drag known, which no such run shows; errors were infinite, as without the prior."""
+    known = Glide.parameters[2].value
+    found = identify(coasting(m={"prior": Prior(known, 0.01 * known)}), threads=1)
+    table = found.parameters
+    assert table.loc["m", ["value", "stderr"]].tolist() == pytest.approx([known, 0.01 * known], rel=0.1)
+    assert table.loc["m", "verdict"] == "from prior"
+    assert 0.01 < table.loc["b", "stderr"] / table.loc["b", "value"] < math.inf
+    (first, *_) = found.identifiability["weak"]
+    assert first["sentence"].endswith("No data of this kind determine that factor: priors alone do.")
+
+
 def test_a_scale_that_ends_at_a_bound_is_as_free_as_before() -> None:
     """The bound holds one parameter, and the others then fit it alone: that says nothing of their values."""
     found = identify(coasting(b={"value": 1.1, "max": 1.1}), "newton", threads=1).parameters

@@ -48,7 +48,7 @@ from seatruth.uncertainty.reliability import (
 )
 from seatruth.uncertainty.rounding import rounded_finding, rounded_share
 from seatruth.uncertainty.sensitivity import sensitivity
-from seatruth.uncertainty.structural_identifiability import unidentifiable_directions
+from seatruth.uncertainty.structural_identifiability import held_by_priors, unidentifiable_directions
 
 _COARSE = 0.3
 """Discretisation error over noise from which it is worth a warning."""
@@ -215,7 +215,8 @@ class Analysis:
         # A change that free initial states can compensate says nothing about the parameters.
         data = without(jacobian[rows], [self.cost.names.index(name) for name in self.cost.nuisances])
         exact = unidentifiable_directions(self.cost, self.x)
-        self._flat = np.any([np.zeros(self.size), *(entry["step"] for entry in exact)], axis=0)
+        open_ = [entry["step"] for entry in exact if not held_by_priors(entry["combination"], self.cost.parameters)]
+        self._flat = np.any([np.zeros(self.size), *open_], axis=0)
         steps = np.array([entry.pop("step")[columns] for entry in exact]).reshape(len(exact), len(columns))
         self.identifiability = identifiability(
             data[:, columns], [self.cost.parameters[k] for k in columns], self.inflation, steps

@@ -74,6 +74,7 @@ def _finding(one: Coefficient) -> Finding:
         text += " The trials tell it less well than the prior does, and yet it was not held there."
         do = (
             "The fit counts each sample of what the model misses as news. Fix it (`vary = false`), and compare what is"
-            " missed then. Where [noise] is stated, leave it out: the noise is then that of the misfit."
+            " missed then. Where [noise] is stated, leave it out: the noise is then that of the misfit. `seatruth"
+            " diagnose` counts slow errors as such, and its refitted coefficients hold to their priors."
         )
     return Finding("warning", "coefficient-far", text, f"parameter {one.name!r}", do)

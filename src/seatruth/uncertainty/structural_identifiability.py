@@ -9,7 +9,7 @@ themselves before it is reported.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from seatruth.arrays import Array
 from seatruth.costs.study_cost import StudyCost
+from seatruth.models.parameter import Parameter
 from seatruth.text import listed
 from seatruth.uncertainty.identifiability import plausible_range
 
@@ -79,7 +80,8 @@ def unidentifiable_directions(cost: StudyCost, x: Array) -> list[dict[str, Any]]
             if not _equal(reference, cost.predict(moved)):
                 continue
             combination = {names[k]: float(vector[k]) for k in members}
-            sentence = _scale_sentence(combination) if kind == "scale" else _sum_sentence(combination)
+            held = held_by_priors(combination, cost.parameters)
+            sentence = _scale_sentence(combination, held) if kind == "scale" else _sum_sentence(combination, held)
             directions.append(
                 {"combination": combination, "ratio": math.inf, "sentence": sentence, "kind": kind, "step": step}
             )
@@ -150,9 +152,23 @@ def _equal(first: Sequence[Array], second: Sequence[Array]) -> bool:
     return True
 
 
-def _scale_sentence(exponents: dict[str, float]) -> str:
+def held_by_priors(names: Collection[str], parameters: Iterable[Parameter]) -> bool:
+    """Whether one of these parameters has a prior, which then determines what no data of this kind do.
+
+    Example:
+        >>> from seatruth.models import Parameter
+        >>> from seatruth.models.parameter import Prior
+        >>> known, free = Parameter("m", 220.0, "kg", prior=Prior(220.0, 6.0)), Parameter("I", 90.0, "kg m2")
+        >>> held_by_priors(["m", "I"], [known, free]), held_by_priors(["I"], [known, free])
+        (True, False)
+    """
+    return any(parameter.prior is not None for parameter in parameters if parameter.name in names)
+
+
+def _scale_sentence(exponents: dict[str, float], held: bool) -> str:
     seen = f": only {_ratio(exponents)} can be seen" if len(exponents) == 2 else ""
-    no_data = "No data of this kind determine that factor: fix one of them."
+    no_data = "No data of this kind determine that factor: "
+    no_data += "priors alone do." if held else "fix one of them."
     if len(set(exponents.values())) == 1:
         seen = seen or ": only their ratios can be seen"
         return (
@@ -167,15 +183,17 @@ def _scale_sentence(exponents: dict[str, float]) -> str:
     )
 
 
-def _sum_sentence(steps: dict[str, float]) -> str:
+def _sum_sentence(steps: dict[str, float], held: bool) -> str:
     seen = f": only {_difference(steps)} can be seen" if len(steps) == 2 else ""
     up = [_with_factor(name, size) for name, size in steps.items() if size > 0]
     down = [_with_factor(name, -size) for name, size in steps.items() if size < 0]
     if not down:
-        return f"{listed(up)} can grow together and nothing changes{seen}. Fix one of them."
+        do = "Priors alone hold them." if held else "Fix one of them."
+        return f"{listed(up)} can grow together and nothing changes{seen}. {do}"
     return (
         f"Only a sum counts: {listed(up)} can grow while {listed(down)} shrink{'s' if len(down) == 1 else ''} as "
-        f"much, and nothing changes{seen}. No data of this kind distinguish them: fix one of them."
+        f"much, and nothing changes{seen}. No data of this kind distinguish them: "
+        f"{'priors alone do.' if held else 'fix one of them.'}"
     )
 
 
