@@ -155,3 +155,14 @@ def test_explain_prints_a_code_and_refuses_an_unknown_one(capsys: pytest.Capture
     assert "Remove them with 'hampel'" in shown
     assert cli.run(["explain", "outlier"]) == 2
     assert "Did you mean 'outliers'?" in capsys.readouterr().err
+
+
+def test_explain_prints_an_effect_by_its_name(capsys: pytest.CaptureFixture[str]) -> None:
+    """Reports and `--effects` name them so."""
+    assert cli.run(["explain", "rudder_rate_limit"]) == 0
+    said = capsys.readouterr().out
+    assert "rate limit of the rudder" in said
+    assert "confused with: rudder_lag, rudder_delay" in said
+    assert "slowness" in said
+    assert cli.run(["explain", "rudder_rate_limits"]) == 2
+    assert "'rudder_rate_limit'" in capsys.readouterr().err

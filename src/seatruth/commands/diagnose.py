@@ -156,7 +156,7 @@ def run(
     before_shown()
     show(diagnosis)
     lines = [f"Result: {folder}", f"Report: {report}"]
-    if written is not None:
+    if written is not None and diagnosis.augmented["effects"]:
         lines.append(f"The model with the named effects, to simulate and identify with: {written}")
     for line in lines:
         say(line, whole=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from enum import StrEnum
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -17,6 +17,9 @@ from seatruth.models.parameter import Parameter
 from seatruth.study.reference import kind
 from seatruth.study.schema import CostTable
 from seatruth.text import origin_legend
+
+if TYPE_CHECKING:
+    from seatruth.effects import Effect
 
 
 class Kind(StrEnum):
@@ -47,7 +50,7 @@ def list_installed(
             say(f"! {entry['error']}", style="yellow")
     if long:
         for entry in entries:
-            _show_details(entry)
+            show_details(entry)
         if legend := origin_legend(_sources(entries)):
             say("")
             say(legend)
@@ -61,7 +64,7 @@ def _sources(entries: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         yield from (parameter.get("source", "") for parameter in entry.get("parameters", ()))
 
 
-def _show_details(entry: Mapping[str, Any]) -> None:
+def show_details(entry: Mapping[str, Any]) -> None:
     """Prints the description, parameters and options of one entry."""
     say("")
     say(f"{entry['name']}: {entry.get('title', '')}", style="bold")
@@ -195,40 +198,42 @@ def _parameter(parameter: Parameter) -> dict[str, Any]:
     }
 
 
+def effect_entry(effect: Effect) -> dict[str, Any]:
+    """All that an effect declares, by what it is called in print."""
+    return {
+        "number": effect.number,
+        "name": effect.name,
+        "title": effect.title,
+        "family": effect.family,
+        "cause": effect.cause,
+        "acts on": list(effect.acts_on),
+        "about": inspect.getdoc(effect) or "",
+        "equation": effect.equation,
+        "source": effect.source,
+        "kinds": list(effect.kinds),
+        "never distinguished from": list(effect.equivalent),
+        "confused with": list(effect.confused_with),
+        "distinguished by": effect.distinguished_by,
+        "black boxes": effect.suits_black_box,
+        "parameters": [
+            {
+                "parameter": q.name,
+                "null": float(effect.null[q.name]),
+                "typical": abs(q.value - effect.null[q.name]) if q.prior is None else q.prior.sd,
+                "shape": q.prior is not None,
+                "unit": q.unit,
+                "means": q.description,
+            }
+            for q in effect.parameters
+        ],
+    }
+
+
 def _effects() -> tuple[list[dict[str, Any]], Sequence[str]]:
     from seatruth.effects import available, broken
     from seatruth.effects.reference import ordered
 
-    entries: list[dict[str, Any]] = [
-        {
-            "number": effect.number,
-            "name": effect.name,
-            "title": effect.title,
-            "family": effect.family,
-            "cause": effect.cause,
-            "acts on": list(effect.acts_on),
-            "about": inspect.getdoc(effect) or "",
-            "equation": effect.equation,
-            "source": effect.source,
-            "kinds": list(effect.kinds),
-            "never distinguished from": list(effect.equivalent),
-            "confused with": list(effect.confused_with),
-            "distinguished by": effect.distinguished_by,
-            "black boxes": effect.suits_black_box,
-            "parameters": [
-                {
-                    "parameter": q.name,
-                    "null": float(effect.null[q.name]),
-                    "typical": abs(q.value - effect.null[q.name]) if q.prior is None else q.prior.sd,
-                    "shape": q.prior is not None,
-                    "unit": q.unit,
-                    "means": q.description,
-                }
-                for q in effect.parameters
-            ],
-        }
-        for effect in ordered(available().values())
-    ]
+    entries = [effect_entry(effect) for effect in ordered(available().values())]
     entries += [{"name": name, "title": "cannot be loaded", "error": reason} for name, reason in broken().items()]
     return entries, ("number", "name", "title", "family")
 

@@ -43,6 +43,8 @@ from seatruth.trials.finding import Finding
 from seatruth.uncertainty.moved_coefficients import Coefficient, moved_coefficients
 
 _CUT = "stopped by the user; what is missing was not reached"
+_ENOUGH = 5
+"""Sets that are done before the time to go is told: the first ones compile kernels, and take longest. [S]"""
 _SPENT = "the budget of evaluations is used up; what is missing was not reached"
 
 
@@ -219,7 +221,7 @@ class _Stage:
                 done=done,
                 total=max(total, done),
                 elapsed_s=now - self._began,
-                remaining_s=remaining(done, max(total, done), now - self._from),
+                remaining_s=remaining(done, max(total, done), now - self._from) if done >= _ENOUGH else None,
                 may_end_early=True,
                 message=message,
             )
