@@ -229,9 +229,9 @@ def test_what_does_not_predict_is_said_to_be_what_it_looks_like() -> None:
 
 def test_what_terms_in_the_equations_outdo_is_said_to_be_what_it_looks_like() -> None:
     text = said("unknown", outdone=["wind", "lag of the rudder"])
-    assert "It looks like wind and lag of the rudder, but trials left out are predicted better without them:" in text
+    assert "It looks like wind and lag of the rudder, but trials left out do not bear them out:" in text
     assert "predicted better" not in said("unknown")
-    assert "The rest looks like wind, but trials left out are predicted better without it" in said(
+    assert "The rest looks like wind, but trials left out do not bear it out" in said(
         "effects", CURRENT, outdone=["wind"]
     )
 

@@ -267,7 +267,7 @@ def _outdone(titles: Sequence[str], *, beside: bool) -> str:
         return ""
     subject, them = "The rest" if beside else "It", "it" if len(titles) == 1 else "them"
     return (
-        f"{subject} looks like {listed(titles)}, but trials left out are predicted better without {them}: the model is "
+        f"{subject} looks like {listed(titles)}, but trials left out do not bear {them} out: the model is "
         "of another form."
     )
 
