@@ -33,7 +33,7 @@ from scipy.optimize import minimize
 from scipy.special import expit, logit
 
 from seatruth.diagnosis import Settings
-from seatruth.diagnosis.posterior import errors_of_sensors
+from seatruth.diagnosis.posterior import currents, errors_of_sensors, on_board
 from seatruth.diagnosis.tempering import beyond_the_form, errors_beside_forces, form_limit, sensors_alone, tempered
 from seatruth.effects import available
 from seatruth.errors import BadInput
@@ -221,6 +221,12 @@ def _of_sensors() -> dict[str, frozenset[str]]:
     return errors_of_sensors(available())
 
 
+@cache
+def _currents_and_on_board() -> tuple[frozenset[str], frozenset[str]]:
+    """The installed effects by which water moves, and those that turn with the vehicle."""
+    return frozenset(currents(available())), frozenset(on_board(available()))
+
+
 def posterior(case: Case, constants: Constants) -> Array:
     """Probability of each answer, (answers,)."""
     kind = np.array([constants.none, 0.0, constants.two, constants.more])[np.minimum(case.count, 3)]
@@ -240,7 +246,11 @@ def posterior(case: Case, constants: Constants) -> Array:
     if case.keys:
         on = case.discrepancy > 0.0
         heat = constants.unseen_form, constants.temperature, constants.model_form
-        counts = errors_beside_forces(counts, case.log_evidence, case.keys, on.tolist(), _of_sensors(), *heat)
+        # Trials of the development cases turn to all sides.
+        water, turning = _currents_and_on_board()
+        counts = errors_beside_forces(
+            counts, case.log_evidence, case.keys, on.tolist(), _of_sensors(), *heat, on_board=turning, currents=water
+        )
     log = counts + case.log_prior + kind + case.discrepancy * beside
     weight = np.exp(log - log.max())
     return np.asarray(np.bincount(case.answer, weight, len(case.right)) / weight.sum())

@@ -157,6 +157,23 @@ def test_what_acts_on_the_vehicle_does_not_heat_an_error_of_a_sensor_beside_it_a
     assert counts([True] * 4, set()) == pytest.approx(found)
 
 
+def test_a_current_does_not_heat_what_turns_with_the_vehicle_beside_it_and_forces() -> None:
+    """Of a ship in a current of 0.4 m/s, a rudder 1.6 deg off explained 196 nats more, and had less than even odds."""
+    keys = [("current",), ("current", "rudder_offset"), ("current", "cross_flow"), ("rudder_offset", "wind"), ("wind",)]
+    evidence = np.array([820.0, 1016.0, 1000.0, 900.0, 700.0])
+    found = evidence / 50.0
+
+    def counts(forces: bool, currents: set[str]) -> Array:
+        return errors_beside_forces(
+            found, evidence, keys, [forces] * 5, (), 5.7, 1.0, 0.053, on_board={"rudder_offset"}, currents=currents
+        )
+
+    apart = (196.0 - 5.7) / (1.0 + 0.053 * 196.0)
+    assert counts(True, {"current"}) == pytest.approx([16.4, 16.4 + apart, 20.0, 18.0, 14.0])
+    assert counts(False, {"current"}) == pytest.approx(found)
+    assert counts(True, set()) == pytest.approx(found), "on one course a current pushes to one side"
+
+
 def test_what_stands_beside_an_error_of_a_sensor_that_leads_is_heated_by_that() -> None:
     """Whether the rest was also fitted alone does not tell a set from another that explains as much."""
     keys = [("position_delay",), ("position_delay", "wave_drift"), ("current", "position_delay"), ("wave_drift",)]

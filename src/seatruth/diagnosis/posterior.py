@@ -23,6 +23,7 @@ from seatruth.diagnosis.tempering import (
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.effects import Effect
 from seatruth.effects.causes import ancestors, is_within, parent
+from seatruth.trials.trial import Trial
 
 _NEGLIGIBLE = 1e-3
 """Probability up to which a cause or a place is not listed: 0.1 %, the last digit that is shown."""
@@ -31,6 +32,12 @@ ENVIRONMENT = "environment"
 """Family of causes that are weather, and may differ from trial to trial."""
 FIXED_TO_EARTH = "environment.force_fixed_to_earth"
 """Family of forces that push the same way, each as strongly at an angle as the one that published it found."""
+MOVING_WATER = "environment.moving_water"
+"""Family of causes that move the water over the ground."""
+_ON_BOARD = ("actuator", "loading")
+_ROUND = 0.5
+"""Length of the mean of the headings' unit vectors up to which they lie all round. [S] Two courses a third of a turn
+apart have 0.5."""
 SENSOR = "sensor"
 """Family of causes that change what a sensor says of the motion, and not the motion."""
 
@@ -107,7 +114,10 @@ def counted(search: Search, evidence: Array, sets: Sequence[tuple[Key, bool]], l
     apart = np.array([not {*leader.effects} & {*key} for key in keys])
     found = beyond_the_form(found, evidence, apart, _left_by_the_form(search, leader), settings.temperature)
     heat = settings.unseen_form, settings.temperature, settings.model_form
-    found = errors_beside_forces(found, evidence, keys, [on for _, on in sets], sensors, *heat)
+    found = errors_beside_forces(
+        found, evidence, keys, [on for _, on in sets], sensors, *heat, on_board=on_board(search.problem.effects),
+        currents=currents(search.problem.effects) if all_round(search.problem.trials) else (),
+    )  # fmt: skip
     return in_another_form(found, evidence, _other_forms(keys, search.problem.effects), settings.unseen_form)
 
 
@@ -149,6 +159,33 @@ def _other_forms(keys: Sequence[Key], effects: Mapping[str, Effect]) -> list[lis
 def errors_of_sensors(effects: Mapping[str, Effect]) -> dict[str, frozenset[str]]:
     """The sensors on which each effect acts that is an error of one, by its cause: {"gyro_bias": {"sensor:r"}}."""
     return {name: frozenset(one.acts_on) for name, one in effects.items() if is_within(one.cause, SENSOR)}
+
+
+def on_board(effects: Mapping[str, Effect]) -> list[str]:
+    """The effects that turn with the vehicle whatever flows past it: those of actuators and of the loading."""
+    return [name for name, one in effects.items() if any(is_within(one.cause, cause) for cause in _ON_BOARD)]
+
+
+def currents(effects: Mapping[str, Effect]) -> list[str]:
+    """The effects by which the water moves over the ground."""
+    return [name for name, one in effects.items() if is_within(one.cause, MOVING_WATER)]
+
+
+def all_round(trials: Iterable[Trial]) -> bool:
+    """Whether headings lie all round, so that what keeps its direction on the earth pushes to no side of the vehicle.
+
+    Example:
+        >>> import numpy as np
+        >>> t = np.arange(9.0)
+        >>> legs = [Trial(f"{k}", t, {}, {"psi": np.full(9, float(k))}) for k in (0, 2, 4)]
+        >>> all_round(legs), all_round(legs[:2])
+        (True, False)
+    """
+    recorded = [np.exp(1j * np.asarray(trial.outputs["psi"])) for trial in trials if "psi" in trial.outputs]
+    if not recorded:
+        return False
+    headings = np.concatenate(recorded)
+    return bool(abs(headings[np.isfinite(headings)].mean()) < _ROUND)
 
 
 def _left_by_the_form(search: Search, leader: Fit) -> float:

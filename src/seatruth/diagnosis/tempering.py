@@ -15,6 +15,8 @@ Where missing forces explain most of what a set does, they would show most of wh
 An error of a sensor moves what that sensor says, and not the vehicle. Where missing forces stand beside other effects,
 they show what the form of these leaves, since they move all sensors alike. What an error of a sensor explains beside
 more than it does itself, beyond what forces do not show, counts at a temperature of its own (`errors_beside_forces`).
+So does what an actuator or a weight explains beside a current: what the current's form leaves keeps its direction on
+the earth, and over courses all round pushes to no side of the vehicle.
 
 Of two causes that push in the same way and differ only in how strongly at each angle, neither form is known well enough
 to be told from the other by the few nats that a wrong form costs (`in_another_form`).
@@ -213,6 +215,9 @@ def errors_beside_forces(
     unseen: float,
     temperature: float,
     model_form: float,
+    *,
+    on_board: Collection[str] = (),
+    currents: Collection[str] = (),
 ) -> Array:
     """Tempered evidence (H,) nats in which what acts on the vehicle heats no error of a sensor beside it and forces.
 
@@ -220,6 +225,9 @@ def errors_beside_forces(
     probability as none. Where the error explains more than the rest it leads, and the rest is what stands beside it: of
     a ship on a pond whose late position explained 83 nats, a drift that had been fitted alone was certain beside that,
     and a current that had not, 0.9 nats behind, impossible.
+
+    Nor do currents heat what turns with the vehicle. Of a ship in a current, which explained 820 nats, a rudder 1.6 deg
+    off explained 196 more, and had less than even odds.
 
     Args:
         found: tempered evidence (H,).
@@ -230,6 +238,8 @@ def errors_beside_forces(
         unseen: nats of a wrong form that forces do not show.
         temperature: divides all evidence, whatever it is about.
         model_form: is added to it for each nat that the error of the sensor explains.
+        on_board: effects that turn with the vehicle.
+        currents: effects that keep their direction on the earth, of an exact form, where courses lie all round.
 
     Example:
         >>> import numpy as np
@@ -245,7 +255,8 @@ def errors_beside_forces(
     for key, place in sorted(places.items(), key=lambda one: len(one[0])):
         for name in key:
             rest = places.get(tuple(other for other in key if other != name), -1)
-            if name not in sensors or len(key) < 2 or rest < 0:
+            apart = name in sensors or (name in on_board and {*key} - {name} <= {*currents})
+            if not apart or len(key) < 2 or rest < 0:
                 continue
             if (name,) in places and evidence[places[name,]] > evidence[rest]:
                 continue

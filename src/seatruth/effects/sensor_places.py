@@ -8,12 +8,16 @@ from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
 from seatruth.effects.sensors import LOG
+from seatruth.effects.vehicle import dimensions_of
 from seatruth.models.base import Model
 from seatruth.models.observed import stated_place
 from seatruth.models.parameter import Parameter, Prior
 
 _SURER = 0.2
 """Part of its usual error that an arm has whose place is stated, at least. [S]"""
+_OF_LENGTH = 0.25
+"""Part of the vehicle's length above which no arm is typical. [S] Half a metre, as of an AUV of 2 m or more, is longer
+than a frame of 0.46 m, whose antenna 0.03 m off was "next to nothing" (an opened case). A ship's 20 m are a fifth."""
 _CONFUSED = 0.3
 """Part of a stated arm by which it is typically wrong. [S] A wrong sign is twice the arm, and so 2.7 deviations of a
 prior of two and a half times a typical error."""
@@ -33,6 +37,10 @@ class PlacedSensor(Effect):
 
     def priors(self, model: Model) -> dict[str, Prior]:
         priors, place = super().priors(model), stated_place(model, self.measures)
+        size = dimensions_of(model)
+        if size is not None and (longest := max(one.sd for one in priors.values())) > _OF_LENGTH * size.length:
+            ratio = _OF_LENGTH * size.length / longest
+            priors = {name: Prior(one.mean, ratio * one.sd) for name, one in priors.items()}
         if place is None:
             return priors
         arm = _CONFUSED * math.hypot(*(place[axis] for axis in self.axes))
