@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import small_case as small
 
+import seatruth.diagnosis.size_errors as module
 from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.hypothesis_fits import fit_once
 from seatruth.diagnosis.problem import Problem
@@ -53,7 +54,9 @@ def test_the_moves_are_what_their_variance_says_where_the_model_is_right(ship_fo
     assert 0.5 < np.mean(squares) < 1.6
 
 
-def test_trials_that_ask_for_other_sizes_make_the_error_as_large_as_they_differ(ship_folder: Path) -> None:
+def test_trials_that_ask_for_other_sizes_make_the_error_as_large_as_they_differ(
+    ship_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A rudder that stands off by 0.01, 0.02 and 0.03 rad: the mean is known to 0.004, and noise alone says 0.0002."""
     runs = []
     for number, angle in enumerate((0.01, 0.03, 0.02, 0.02)):
@@ -74,6 +77,10 @@ def test_trials_that_ask_for_other_sizes_make_the_error_as_large_as_they_differ(
         shared = fit.point.shared.copy()
         shared[offset] = errors * error
         moved = replace(beside, point=replace(fit.point, shared=shared))
+        assert is_sure(problem, moved, "rudder_offset") == sure
+    # What no trial makes less must be as small beside it: 2.57 errors of both together.
+    for part, sure in ((0.3, True), (0.45, False)):
+        monkeypatch.setattr(module, "drift_error", lambda *others, part=part: part)
         assert is_sure(problem, moved, "rudder_offset") == sure
     temperature = problem.settings.size_temperature
     assert error > 2.0 * tempered_deviation(fit.stderr(problem), problem.sd, temperature)[column]

@@ -66,6 +66,8 @@ def is_sure(problem: Problem, fit: Fit, name: str) -> bool:
     Beside missing forces each trial may ask for a size of its own: the errors are those of `size_errors` there. What a
     few trials say of their own disagreement is itself uncertain, so that the limit is that of Student's t for as many.
     An antenna was placed 2 m ahead of where it stands, at 2.9 errors from there, on a boat heavier than its model.
+
+    What the model's drift in turns leaves open is the same in all trials, and no number of them makes it less.
     """
     least, wider = problem.settings.least_noncentrality, np.ones(len(problem.unknowns))
     if fit.discrepancy:
@@ -73,7 +75,9 @@ def is_sure(problem: Problem, fit: Fit, name: str) -> bool:
         wider = np.fmax(np.divide(errors, own, out=wider, where=own > 0.0), 1.0)
         freedom = len(left_out_together(problem.trials)) - 1
         least = float(stdtrit(freedom, ndtr(-math.sqrt(least)))) ** 2 if freedom > 0 else least
-    return fit.significance(problem, name, wider) >= least
+    found = fit.significance(problem, name, wider)
+    open_ = drift_error(problem, fit, name) ** 2
+    return found >= least and found >= problem.settings.least_noncentrality * (1.0 + open_ * found)
 
 
 def disagreement(problem: Problem, fit: Fit) -> Array:
