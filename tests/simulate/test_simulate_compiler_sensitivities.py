@@ -127,3 +127,33 @@ def test_derivatives_of_too_many_operations_are_refused_in_words(monkeypatch: py
     assert np.isfinite(sim.outputs(np.array([[1.0]]), np.array([[0.01]])).y).any()
     with pytest.raises(PluginError, match="derivatives of its equations cannot be compiled: they grow beyond 1 "):
         sim.jacobian(np.array([1.0]), np.array([[0.01]]), ["x"], last_states=False)
+
+
+def test_what_moves_nothing_before_its_time_is_not_carried_until_then(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Twelve pushes, one after the other: half of the blocks of directions are at rest over the first stretches."""
+    names = tuple(f"f_{k}" for k in range(12))
+
+    def rates(s: Any, i: Any, p: Any) -> Any:
+        pushes = 0.0
+        for k, name in enumerate(names):
+            pushes = pushes + getattr(p, name) * max(1.0 - abs(i.push - 2.0 * k), 0.0)
+        return pushes - 0.3 * s.x, s.x
+
+    model = plain_model(rates, ("x", "y"), names, ("push",))
+    trial = record_of(np.arange(250) * 0.1, lambda t: t)
+    sim = simulator(model, [trial], free=names)
+    carried: list[int] = []
+    run = module.run_kernel
+
+    def counted(*args: Any) -> None:
+        carried.append(args[-1])
+        run(*args)
+
+    monkeypatch.setattr(module, "run_kernel", counted)
+    monkeypatch.setattr(module, "_STRETCH", 50)
+    theta, x0 = np.linspace(1.0, 2.0, 12), np.array([[0.0, 0.0]])
+    found = sim.jacobian(theta, x0, [], last_states=False)
+    assert carried == [1, 1, 1, 2, 2]
+    assert found.dy == pytest.approx(sim.jacobian(theta, x0, []).dy, rel=1e-11, abs=1e-13)
+    assert not found.dy[:100, :, 11].any()
+    assert found.dy[-1, 0, 11] != 0.0

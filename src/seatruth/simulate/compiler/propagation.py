@@ -27,12 +27,13 @@ from seatruth.simulate.compiler.kernels import (
 from seatruth.simulate.compiler.llvm_ir import IRBuilder, double
 
 PROPAGATION_CONTEXT: Final = (
-    *("counter", "tasks", "samples", "states", "outputs", "first", "length", "substeps"),
+    *("counter", "tasks", "todo", "blocks", "samples", "states", "outputs", "first", "length", "substeps"),
     *("rate_values", "output_values", "record", "x", "scratch"),
     *("a_start", "a_from", "a_place", "b_start", "b_lane", "b_place"),
     *("c_start", "c_from", "c_place", "d_start", "d_lane", "d_place"),
 )
-"""`x` (blocks, S, width): derivatives at the stretch's begin, then at its end. `record` (samples of all trials, D,
+"""`todo` (tasks,): the blocks of this stretch in which anything moves; the others stay zero. `x` (blocks, S, width):
+derivatives at the stretch's begin, then at its end. `record` (samples of all trials, D,
 blocks, width), where the stretch begins at sample `first`. `scratch` (blocks, 3, S, width). Of each entry: the state
 (`from`) or the lane that it multiplies, and its place among the values, where its own rows begin."""
 
@@ -45,7 +46,7 @@ def propagation_kernel(width: int) -> str:
     states, outputs, first_sample = context["states"], context["outputs"], context["first"]
     size = w.put(f"mul i64 {states}, {width}")
     step, sum_slot = w.put("alloca i64"), w.put(f"alloca {v}, align 64")
-    block = next_task(w, context, at)
+    block = load_integer(w, at["todo"], next_task(w, context, at))
     x = address(w, at["x"], w.put(f"mul i64 {block}, {size}"))
     total = address(w, at["scratch"], w.put(f"mul i64 {block}, {w.put(f'mul i64 {size}, 3')}"))
     buffers = [address(w, total, size), address(w, total, w.put(f"mul i64 {size}, 2"))]
@@ -82,7 +83,7 @@ def propagation_kernel(width: int) -> str:
     output = _Loop(w, "0", outputs)
     d = output.index
     slope = row_sum("c", d, "d", w.put(f"add i64 {own_outputs}, {d}"), at["output_values"], x, k)
-    place = w.put(f"mul i64 {w.put(f'add i64 {row}, {d}')}, {context['tasks']}")
+    place = w.put(f"mul i64 {w.put(f'add i64 {row}, {d}')}, {context['blocks']}")
     w.do(f"store {v} {slope}, ptr {vector_at(at['record'], w.put(f'add i64 {place}, {block}'))}, align 8")
     output.close()
     h = w.splat(load_double(w, at["length"], k))

@@ -9,7 +9,7 @@ effects at their null costs little more than the model alone.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
@@ -79,8 +79,8 @@ class Sensitivities:
         start[:, :size] = along.first_states(len(e.states)).T
         begin_x = start[pattern.live].reshape(live, blocks, NARROW).transpose(1, 0, 2)
         y = np.empty((len(grid.t), len(e.outputs)))
-        record = np.empty((len(grid.t), len(e.outputs), blocks, NARROW))
-        sizes = {"tasks": blocks, "states": live, "outputs": len(e.outputs)}
+        record = np.zeros((len(grid.t), len(e.outputs), blocks, NARROW))
+        sizes = {"blocks": blocks, "states": live, "outputs": len(e.outputs)}
         fixed: dict[str, Buffer] = {
             "record": record,
             "scratch": np.empty((blocks, 3, live, NARROW)),
@@ -89,6 +89,7 @@ class Sensitivities:
             **by_lane("b", pattern.b, live, along.columns, blocks),
             **by_lane("d", pattern.d, len(e.outputs), along.columns, blocks),
         }
+        own = [_OfBlocks(fixed, name, rows) for name, rows in (("b", live), ("d", len(e.outputs)))]
         for trial, rows in enumerate(grid.rows):
             fixed["x"] = np.array(begin_x, order="C")
             step = int(grid.stage_start[trial]) // 3
@@ -100,8 +101,13 @@ class Sensitivities:
                 leaves = program.acting(np.concatenate([states[part].T, row]))
                 found = self._values(program, self._outputs, values, leaves, threads)
                 y[part] = found[: len(e.outputs)].T
+                todo = _moving(fixed["x"], list(zip(own, (rates, found), strict=True)))
+                if not len(todo):
+                    step += count
+                    continue
                 buffers: dict[str, Buffer] = {
                     **fixed,
+                    "todo": todo,
                     "counter": np.zeros(1, dtype=np.int64),
                     "length": grid.length[part],
                     "substeps": grid.substeps[part],
@@ -111,8 +117,8 @@ class Sensitivities:
                 for name in "abcd":
                     stride = (rates if name in "ab" else found).strides[0] // 8
                     buffers[f"{name}_place"] = fixed[f"{name}_place"] * stride
-                stretch = {**sizes, "samples": end - begin, "first": part.start}
-                run_kernel(_kernel(), PROPAGATION_CONTEXT, buffers, stretch, threads, blocks)
+                stretch = {**sizes, "tasks": len(todo), "samples": end - begin, "first": part.start}
+                run_kernel(_kernel(), PROPAGATION_CONTEXT, buffers, stretch, threads, len(todo))
                 step += count
         dy = record.reshape(*y.shape, -1)[:, :, :size]
         return Derivatives(y, dy, x_end, np.empty((len(grid.rows), 0, size)))
@@ -178,6 +184,29 @@ class Sensitivities:
         left = wanted.left(zero)
         by_state = wanted.by_state.beside(through)
         return by_state.only(left[by_state.place]), wanted.by_parameter.only(left[wanted.by_parameter.place])
+
+
+class _OfBlocks:
+    """Which entries of the lanes' own belong to which block of directions."""
+
+    def __init__(self, buffers: Mapping[str, Buffer], name: str, rows: int) -> None:
+        starts = buffers[f"{name}_start"]
+        self.place: Integers = np.array(buffers[f"{name}_place"], dtype=np.int64)
+        row = np.repeat(np.arange(len(starts) - 1), np.diff(starts.astype(np.int64)))
+        self.block = row // max(1, rows)
+
+
+def _moving(x: Buffer, own: Sequence[tuple[_OfBlocks, Array]]) -> Integers:
+    """The blocks of directions in which anything moves over a stretch: from its begin, or by an entry of their own.
+
+    A force between two knots moves nothing before the first of them.
+    """
+    moves = x.reshape(len(x), -1).any(axis=1)
+    for of, values in own:
+        still = ~moves[of.block]
+        acts = values[of.place[still]].any(axis=1)
+        moves[of.block[still][acts]] = True
+    return np.flatnonzero(moves).astype(np.int64)
 
 
 def _stretches(substeps: Integers, steps: int) -> list[tuple[int, int]]:
