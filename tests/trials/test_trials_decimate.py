@@ -115,3 +115,15 @@ def test_channels_of_one_rate_are_cut_alike_and_slow_ones_stay_whole() -> None:
     assert _skips(counts, 14_000) == {"psi": 3, "r": 3}
     assert _skips({"u": 8001, "r": 8001}, 14_000) == {"u": 2, "r": 2}
     assert _skips({"u": 10}, 14_000) == {}
+
+
+def test_kept_rows_meet_those_of_a_receiver_of_half_the_rate() -> None:
+    """Positions in the odd rows of a log of 10 Hz: with every second row from the first on, all rows would stay."""
+    n = 2 * MAX_SAMPLES
+    t = 0.1 * np.arange(n)
+    x = np.where(np.arange(n) % 2 == 1, t, np.nan)
+    (kept,) = decimate([Trial("run", t, {"delta": t}, {"psi": t, "x": x})], ["psi", "x"])
+    assert len(kept) == MAX_SAMPLES
+    assert np.isfinite(kept.outputs["x"]).sum() == np.isfinite(kept.outputs["psi"]).sum()
+    assert kept.t[0] == pytest.approx(0.1)
+    assert kept.inputs["delta"][:3] == pytest.approx([0.05, 0.25, 0.45])

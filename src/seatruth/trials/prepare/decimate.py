@@ -86,8 +86,13 @@ def _decimated(trial: Trial, stride: int, outputs: Sequence[str]) -> Trial:
 
 
 def _kept(trial: Trial, stride: int, outputs: Sequence[str]) -> Indices:
-    """Every `stride`-th row, and of channels that have their samples between these as many rows again."""
-    at = np.arange(0, len(trial), stride)
+    """Every `stride`-th row, and of channels that have their samples between these as many rows again.
+
+    It begins where it meets most samples: a receiver of half the log's rate may have its own in the odd rows.
+    """
+    shown = [np.isfinite(trial.outputs[name]) for name in outputs if name in trial.outputs]
+    first = max(range(stride), key=lambda k: sum(int(one[k::stride].sum()) for one in shown))
+    at = np.arange(first, len(trial), stride)
     rows = [at]
     for name in (n for n in outputs if n in trial.outputs):
         valid = np.flatnonzero(np.isfinite(trial.outputs[name]))
