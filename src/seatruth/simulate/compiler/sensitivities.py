@@ -17,7 +17,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from seatruth.arrays import Array, Indices
+from seatruth.arrays import Array, Flags, Indices
 from seatruth.errors import PluginError
 from seatruth.simulate.compiler.lanes import NARROW
 from seatruth.simulate.compiler.machine_code import Kernel, kernel
@@ -192,7 +192,8 @@ class _OfBlocks:
     def __init__(self, buffers: Mapping[str, Buffer], name: str, rows: int) -> None:
         starts = buffers[f"{name}_start"]
         self.place: Integers = np.array(buffers[f"{name}_place"], dtype=np.int64)
-        row = np.repeat(np.arange(len(starts) - 1), np.diff(starts.astype(np.int64)))
+        # Entries stand in the order of their rows, and rows in that of the blocks.
+        row = np.searchsorted(starts, np.arange(len(self.place)), side="right") - 1
         self.block = row // max(1, rows)
 
 
@@ -201,7 +202,7 @@ def _moving(x: Buffer, own: Sequence[tuple[_OfBlocks, Array]]) -> Integers:
 
     A force between two knots moves nothing before the first of them.
     """
-    moves = x.reshape(len(x), -1).any(axis=1)
+    moves: Flags = np.any(x.reshape(len(x), -1), axis=1)
     for of, values in own:
         still = ~moves[of.block]
         acts = values[of.place[still]].any(axis=1)
