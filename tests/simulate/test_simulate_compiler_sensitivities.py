@@ -16,6 +16,7 @@ from seatruth.models import load_model
 from seatruth.simulate import simulator
 from seatruth.simulate.compiler import sensitivities as module
 from seatruth.simulate.compiler.graph import Graph
+from seatruth.simulate.compiler.pool import run_kernel
 from seatruth.trials.trial import Trial
 
 NAMES = ["current", "rudder_lag", "heading_bias", "rudder_rate_limit"]
@@ -143,11 +144,10 @@ def test_what_moves_nothing_before_its_time_is_not_carried_until_then(monkeypatc
     trial = record_of(np.arange(250) * 0.1, lambda t: t)
     sim = simulator(model, [trial], free=names)
     carried: list[int] = []
-    run = module.run_kernel
 
     def counted(*args: Any) -> None:
         carried.append(args[-1])
-        run(*args)
+        run_kernel(*args)
 
     monkeypatch.setattr(module, "run_kernel", counted)
     monkeypatch.setattr(module, "_STRETCH", 50)
