@@ -32,6 +32,6 @@ def searched(evidence: dict[Key, float], names: Sequence[str] = NAMES) -> Search
     columns = {name: np.array([k]) for k, name in enumerate(names)}
     problem = SimpleNamespace(
         effects={name: available()[name] for name in names}, settings=Settings(), columns=columns, mean=0.0 * ends,
-        low=-ends, high=ends, study=SimpleNamespace(model=load_model("mmg")),
+        low=-ends, high=ends, few_runs=None, study=SimpleNamespace(model=load_model("mmg")),
     )  # fmt: skip
     return Search(cast(Any, problem), cast(Any, None), fits=cast(Any, fits))
