@@ -55,8 +55,8 @@ def fit_rivals(found: Search) -> None:
 
     Those are sets with one other effect in the place of one of its own. What has a direction begins along the other's
     (`directions.py`). Of a glider whose centre of gravity was 3 mm ahead, the trim ended 24 nats short of what it
-    reaches, and the offset of a battery, 1.6 nats ahead of it then, had 83 %. A black box is not asked: what is promised
-    there costs as many runs as a step.
+    reaches, and the offset of a battery, 1.6 nats ahead of it then, had 83 %. A black box is not asked: a promise
+    costs as many runs as a step.
     """
     if found.problem.few_runs is not None:
         return
