@@ -30,7 +30,7 @@ def searched(fits: dict[tuple[Key, bool], float], screened: dict[tuple[Key, bool
         fits=found,
         screened=screened or {},
         null=null,
-        problem=SimpleNamespace(effects=dict(EFFECTS), settings=SETTINGS),
+        problem=SimpleNamespace(effects=dict(EFFECTS), settings=SETTINGS, trials=()),
     )
 
 
