@@ -104,16 +104,7 @@ def test_what_looks_like_the_leader_begins_at_its_end_where_it_promises_more_the
         (): 0.0, ("rudder_lag",): 822.0, ("rudder_delay",): 798.0, ("rudder_offset",): 600.0, ("current",): 100.0,
         ("rudder_lag", "trial_current"): 815.0,
     })  # fmt: skip
-    for fit in found.fits.values():
-        cast(Any, fit).price = 2.0
     fitted: list[tuple[Key, bool, list[float], str, float]] = []
-
-    class Likelihood:
-        def __init__(self, problem: Any, linear: Any) -> None:
-            assert linear.errors.size
-
-        def evidence(self, sizes: Any, key: Key) -> float:
-            return promised + 2.0
 
     def begun(problem: Any, near: Any, name: str, values: Any) -> Point:
         shared = near.point.shared.copy()
@@ -128,10 +119,8 @@ def test_what_looks_like_the_leader_begins_at_its_end_where_it_promises_more_the
     monkeypatch.setattr(module, "fit_once", kept)
     monkeypatch.setattr(module, "started", begun)
     monkeypatch.setattr(module, "replace", lambda fit, point: SimpleNamespace(**{**vars(fit), "point": point}))
-    monkeypatch.setattr(module, "Likelihood", Likelihood)
-    monkeypatch.setattr(module, "log_prior", lambda *others: 0.0)
+    monkeypatch.setattr(module, "promised", lambda *others: promised)
     monkeypatch.setattr(Search, "known_end", lambda self, key, on: None)
-    cast(Any, found.problem).linearize = lambda point, key, discrepancy: SimpleNamespace(errors=np.zeros(3))
     fit_rivals(found)
     words = "from the end of rudder_lag, in the place of rudder_lag"
     anew = (("rudder_delay",), True, [0.0, 0.0, 1.0, 0.0, 0.0, 0.0], words, 798.0)

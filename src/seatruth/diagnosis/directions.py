@@ -122,11 +122,18 @@ def _hopeful(found: Search, leader: Fit, key: Key, start: Point) -> bool:
     Of what looks like a leader, in trials of ships and of the benchmark, the linearized evidence there is within 30
     nats of the fitted one; of what does not, thousands behind.
     """
+    least = leader.evidence - max(HOPE, (leader.evidence - found.null.evidence) / 2.0)
+    return promised(found, leader, key, start) > least
+
+
+def promised(found: Search, leader: Fit, key: Key, start: Point) -> float:
+    """Linearized evidence (nats) of a set at a point, under a leader's sizes; -inf where its runs diverge there."""
     problem = found.problem
     at = problem.linearize(start, key, discrepancy=leader.discrepancy)
+    if not np.isfinite(at.errors).all():
+        return -math.inf
     value = Likelihood(problem, at).evidence(leader.sizes, key)
-    value += log_prior(problem.settings, leader.sizes, found.known) - leader.price
-    return value > leader.evidence - max(HOPE, (leader.evidence - found.null.evidence) / 2.0)
+    return value + log_prior(problem.settings, leader.sizes, found.known) - leader.price
 
 
 def _confused(found: Search, leader: Fit, name: str) -> list[str]:

@@ -17,12 +17,11 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis.approach import LEAST_RISE
 from seatruth.diagnosis.choice import may_matter
+from seatruth.diagnosis.directions import promised
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import HOPE, Search, strays
 from seatruth.diagnosis.hypothesis_fits import fit_once
 from seatruth.diagnosis.initial_guess import moved_to, started, without_effects
-from seatruth.diagnosis.marginal_likelihood import Likelihood
-from seatruth.diagnosis.sizes import log_prior
 from seatruth.effects import Effect
 from seatruth.effects.causes import parent
 
@@ -78,12 +77,7 @@ def _begun_anew(found: Search, at: Fit, name: str, rival: Fit) -> None:
     problem, (other,) = found.problem, {*rival.effects} - {*at.effects}
     bare = started(problem, at, name, problem.mean[problem.columns[name]])
     point = started(problem, replace(at, point=bare), other, rival.point.shared[problem.columns[other]])
-    linear = problem.linearize(point, rival.effects, discrepancy=at.discrepancy)
-    if not np.isfinite(linear.errors).all():
-        return
-    promised = Likelihood(problem, linear).evidence(at.sizes, rival.effects)
-    promised += log_prior(problem.settings, at.sizes, found.known) - at.price
-    if promised > rival.evidence + LEAST_RISE:
+    if promised(found, at, rival.effects, point) > rival.evidence + LEAST_RISE:
         words = f"from the end of {'+'.join(at.effects)}, in the place of {name}"
         fit_once(
             found, rival.effects, at.discrepancy, point, at.sizes, attempt=words, rival=rival.evidence,
