@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import cholesky, solve_triangular
 
-from seatruth.statistics.state_space_noise import NoiseShape, whiten
+from seatruth.statistics.state_space_noise import NoiseShape, joined, whiten
 
 
 def covariance(t: np.ndarray, shape: NoiseShape) -> np.ndarray:
@@ -46,6 +46,16 @@ def test_whitening_is_that_of_the_dense_cholesky_factor(t: np.ndarray, shape: No
 def test_one_series_is_one_column(t: np.ndarray, shape: NoiseShape) -> None:
     values = np.random.default_rng(1).normal(size=len(t))
     np.testing.assert_array_equal(whiten(values, t, shape)[0], whiten(values[:, None], t, shape)[0][:, 0])
+
+
+@given(st.lists(times(), min_size=1, max_size=4), SHAPES)
+def test_series_one_after_the_other_are_whitened_as_each_by_itself(series: list[np.ndarray], shape: NoiseShape) -> None:
+    rng = np.random.default_rng(2)
+    parts = [(rng.normal(size=len(t)), t) for t in series]
+    found, log_determinant = whiten(*joined(parts)[:2], shape, joined(parts)[2])
+    alone = [whiten(values, t, shape) for values, t in parts]
+    np.testing.assert_allclose(found, np.concatenate([one[0] for one in alone]), rtol=1e-12, atol=1e-14)
+    assert log_determinant == pytest.approx(sum(one[1] for one in alone), rel=1e-12, abs=1e-12)
 
 
 def test_long_regular_records_take_the_steady_filter_and_stay_exact() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import Protocol
 
 import numpy as np
@@ -22,7 +23,7 @@ from seatruth.diagnosis.sizes import (
     noise_shapes,
     price_of_sizes,
 )
-from seatruth.statistics.state_space_noise import whiten
+from seatruth.statistics.state_space_noise import joined, whiten
 
 _REACH = 2.0
 """Longest step in logarithms of sizes and in Fisher's z. [S] A factor of 7; average information is good for less."""
@@ -98,15 +99,18 @@ class OfSizes:
         """See `Objective`."""
         if self._place is None or self._place[0] is not sizes:  # channel after channel is asked for
             self._place = sizes, self._likelihood.posterior(sizes, self._effects).place
-        left, shapes = self._likelihood.grams.residuals(c, self._place[1]), noise_shapes(self._settings)
+        left, t, begins = joined(self._likelihood.grams.residuals(c, self._place[1]))
+        shapes = noise_shapes(self._settings)
+
+        @cache
+        def whitened(shape: int) -> tuple[float, float]:
+            white, log_determinant = whiten(left, t, shapes[shape], begins)
+            return float(white @ white), log_determinant
 
         def worth(shape: int, log_white: float) -> float:
+            squares, log_determinant = whitened(shape)
             value = log_prior(self._settings, with_shape(sizes, c, shape, log_white), self._known)
-            for series, t in left:
-                white, log_determinant = whiten(series, t, shapes[shape])
-                value -= 0.5 * (float(white @ white) * math.exp(-2.0 * log_white) + log_determinant)
-                value -= len(t) * log_white
-            return value
+            return value - 0.5 * (squares * math.exp(-2.0 * log_white) + log_determinant) - len(t) * log_white
 
         return worth
 

@@ -13,7 +13,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.diagnosis.problem import Problem, Series
 from seatruth.diagnosis.settings import Settings
-from seatruth.statistics.state_space_noise import NoiseShape, whiten
+from seatruth.statistics.state_space_noise import NoiseShape, joined, whiten
 from seatruth.trials.prepare.outliers import MAD_TO_SD
 
 PAIRS = (("v", "r"), ("w", "q"), ("v", "p"), ("v_z", "omega_y"), ("v_y", "omega_z"))
@@ -234,19 +234,16 @@ def proposed_shapes(
     if not (np.abs(residuals) < _LARGEST_RESIDUAL).all():
         return {}
     shapes = noise_shapes(problem.settings)
-    grouped: dict[tuple[int, bytes], list[Series]] = {}
-    for one in (one for one in problem.series if of is None or one.channel in of):
-        grouped.setdefault((one.trial, one.t.tobytes()), []).append(one)
     channels = len(problem.outputs)
     squares, logs = np.zeros((len(shapes), channels)), np.zeros((len(shapes), channels))
     counts = np.bincount(problem.channel_of, minlength=channels).astype(np.float64)
-    for series in grouped.values():
-        columns = np.stack([residuals[one.rows] for one in series], axis=1)
-        at = [one.channel for one in series]
+    for at, series in _recorded_together(problem, range(channels) if of is None else of):
+        found = [joined([(residuals[one.rows], one.t) for one in own]) for own in series]
+        columns, (_, t, begins) = np.stack([one[0] for one in found], axis=1), found[0]
         for k, shape in enumerate(shapes):
-            white, log_determinant = whiten(columns, series[0].t, shape)
-            squares[k, at] += (white**2).sum(axis=0)
-            logs[k, at] += log_determinant
+            white, log_determinant = whiten(columns, t, shape, begins)
+            squares[k, at] = (white**2).sum(axis=0)
+            logs[k, at] = log_determinant
     with np.errstate(divide="ignore"):
         size = 0.5 * np.log(np.maximum(squares, 1e-300) / np.maximum(counts, 1.0))
     scores = -counts * size - 0.5 * logs + np.array(_log_shape_prior(problem.settings))[:, None]
@@ -254,6 +251,18 @@ def proposed_shapes(
     least = math.log(_NO_NOISE)
     seen = [c for c in range(channels) if counts[c] and (of is None or c in of)]
     return {c: [(int(k), float(size[k, c])) for k in order[:, c] if size[k, c] > least] for c in seen}
+
+
+def _recorded_together(problem: Problem, channels: Collection[int]) -> list[tuple[list[int], list[list[Series]]]]:
+    """Channels of one clock, each with its series in the trials: whitened at once, they cost little more than one."""
+    found: dict[tuple[bytes, ...], tuple[list[int], list[list[Series]]]] = {}
+    for channel in sorted(channels):
+        series = [one for one in problem.series if one.channel == channel and len(one.t)]
+        if series:
+            at, own = found.setdefault(tuple(one.t.tobytes() for one in series), ([], []))
+            at.append(channel)
+            own.append(series)
+    return list(found.values())
 
 
 def price_of_sizes(log_likelihood: Callable[[Sizes], float], sizes: Sizes, settings: Settings) -> float:

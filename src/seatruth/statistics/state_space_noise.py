@@ -12,6 +12,7 @@ whitens it exactly from the first sample on, in a number of operations linear in
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -39,13 +40,14 @@ class NoiseShape:
         return 1.0 + slow if lag == 0.0 else slow
 
 
-def whiten(columns: Array, t: Array, shape: NoiseShape) -> tuple[Array, float]:
-    """Whitens one series by noise whose white part has standard deviation 1.
+def whiten(columns: Array, t: Array, shape: NoiseShape, begins: tuple[int, ...] = ()) -> tuple[Array, float]:
+    """Whitens one series, or some one after the other, by noise whose white part has standard deviation 1.
 
     Args:
         columns: (n,) or (n, k): values at the times, one column a quantity. In Fortran's order it is fastest.
-        t: (n,) increasing times in s.
+        t: (n,) times in s, increasing within a series.
         shape: what the noise is like.
+        begins: rows at which a further series begins, whose slow error has nothing to do with that before it.
 
     Returns:
         The whitened columns, of the shape given, and the logarithm of the determinant of the noise's covariance.
@@ -57,7 +59,7 @@ def whiten(columns: Array, t: Array, shape: NoiseShape) -> tuple[Array, float]:
     """
     if shape.ratio == 0.0 or not len(t):
         return columns.copy(), 0.0
-    variance, gain, fade = _filter(np.ascontiguousarray(t, dtype=np.float64).tobytes(), shape)
+    variance, gain, fade = _filter(np.ascontiguousarray(t, dtype=np.float64).tobytes(), shape, begins)
     series = np.ascontiguousarray(columns[None] if columns.ndim == 1 else columns.T)
     found = _predictions(series, gain, fade)
     np.subtract(series, found, out=found)
@@ -65,12 +67,27 @@ def whiten(columns: Array, t: Array, shape: NoiseShape) -> tuple[Array, float]:
     return (found[0] if columns.ndim == 1 else found.T), float(np.log(variance).sum())
 
 
+def joined(series: Sequence[tuple[Array, Array]]) -> tuple[Array, Array, tuple[int, ...]]:
+    """Series of values and times, one after the other: values, times, and rows at which a further one begins.
+
+    Example:
+        >>> values, t, begins = joined([(np.ones(2), np.arange(2.0)), (np.ones(3), np.arange(3.0))])
+        >>> t.tolist(), begins
+        ([0.0, 1.0, 0.0, 1.0, 2.0], (2,))
+    """
+    if not series:
+        return np.zeros(0), np.zeros(0), ()
+    ends = np.cumsum([len(t) for _, t in series])
+    return np.concatenate([one for one, _ in series]), np.concatenate([t for _, t in series]), tuple(ends[:-1].tolist())
+
+
 @lru_cache(maxsize=4096)
-def _filter(times: bytes, shape: NoiseShape) -> tuple[Array, Array, Array]:
+def _filter(times: bytes, shape: NoiseShape, begins: tuple[int, ...]) -> tuple[Array, Array, Array]:
     """Variance of each sample given those before it (n,), gain (n,), and decay to the next sample (n,)."""
     t = np.frombuffer(times)
     n = len(t)
-    fade = np.exp(-np.diff(t) / shape.tau)
+    fade = np.exp(-np.maximum(np.diff(t), 0.0) / shape.tau)
+    fade[[row - 1 for row in begins]] = 0.0
     power = shape.ratio**2
     variance, gain = np.empty(n), np.empty(n)
     state = power
