@@ -175,7 +175,7 @@ class Assembly:
         left = without_outdone(said, found, effects, self._validated, gap.moved_by, shared, shows, strays=gap.strays)
         left = without_untried(left, found, effects, self._validated, forces=self.problem.discrepancy is not None)
         if gap.strays and left.shown == said.shown:
-            left = without_negligible(left, found, effects, self._validated, gap, self.settings)
+            left = without_negligible(left, found, effects, self._validated, gap, self.settings, shows)
         fit = self.search.beside(left.shown, self._beside)
         sure = [name for name in left.shown if fit is None or is_sure(self.problem, fit, name)]
         left = without_disputed(left, found, effects, sure, self._validated)

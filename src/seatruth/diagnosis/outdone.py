@@ -96,7 +96,7 @@ def _outdone_of(
             rest = others(decision, cluster)
             without = validated(rest) if rest else None
             hides = (strays or validation.gap_explained > 0.0) and _hides(moves(name), without, validation)
-            return hides or _shows_beside_terms(without, validation) or _shows(shows(name, decision.shown))
+            return hides or _shows_beside_terms(without, validation) or shows_in_its_sensor(shows(name, decision.shown))
         if surely or name in shared or follows_each_trial(effects[cluster.effects[0]]):
             return True
         if isinstance(effects[name], EachTrial):
@@ -164,7 +164,7 @@ def _shows_beside_terms(without: Validation | None, having: Validation) -> bool:
     return 2 * closed_most > len(left)
 
 
-def _shows(errors: Sequence[SensorErrors]) -> bool:
+def shows_in_its_sensor(errors: Sequence[SensorErrors]) -> bool:
     """Whether an error of a sensor closes most of what free terms leave of its own channels, in most trials left out.
 
     Over all channels it may drown: of a launch whose gyro read 8 % too much the terms left 1.5 to 3.5 deviations of
