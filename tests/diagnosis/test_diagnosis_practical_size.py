@@ -24,8 +24,9 @@ class Measured:
         size: float | dict[str, float] = math.nan,
         closed: float = math.nan,
         closes: dict[str, float] | None = None,
+        late: float = math.inf,
     ) -> None:
-        self.moved, self.size, self.closed, self.closes = moved, size, closed, closes or {}
+        self.moved, self.size, self.closed, self.closes, self.late = moved, size, closed, closes or {}, late
 
     def share(self, name: str) -> float:
         return self.closes[name]
@@ -35,6 +36,9 @@ class Measured:
 
     def typical_sizes(self, name: str) -> float:
         return self.size[name] if isinstance(self.size, dict) else self.size
+
+    def steps_late(self, name: str) -> float:
+        return self.late
 
     def closed_in_its_sensor(self, name: str) -> float:
         return self.closed
@@ -123,6 +127,15 @@ def test_an_error_of_a_speed_that_its_sensor_shows_beside_free_terms_is_named(ha
     assert asked == {"speed_scale": said.shown}
     assert (left == said) == named
     assert named or (left.kind, left.small) == ("unknown", ("speed_scale",))
+
+
+def test_a_rate_limit_within_the_clock_of_the_record_is_next_to_nothing() -> None:
+    """28 deg/s of rudders that moved by 30 made them late by 0.16 sampling steps."""
+    entries = (("rudder_rate_limit",), 0.999, True), ((), 0.001)
+    said, found = decided(*entries), hypotheses(*entries)
+    left = without_tiny(said, found, Measured(size=0.4, late=0.16), gap=True)
+    assert (left.kind, left.small) == ("unknown", ("rudder_rate_limit",))
+    assert without_tiny(said, found, Measured(size=0.4, late=0.9), gap=True) == said
 
 
 def test_beside_an_unknown_cause_what_closes_nothing_of_the_gap_is_not_named() -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from seatruth.arrays import Array
 from seatruth.effects import available
+from seatruth.effects.rate_limits import RateLimit
 from seatruth.effects.targets import targets
 from seatruth.models import load_model
 from seatruth.trials.trial import Trial
@@ -35,3 +36,16 @@ def test_a_thruster_begins_at_the_time_from_rest_to_full_power() -> None:
     (target,) = targets(effect, boat)
     order = target.full * np.interp(np.arange(20.0), [0.0, 4.0], [0.0, 1.0])
     assert effect.starting_points(boat, [_trial(target.input, order)])[0]["slowness"] == pytest.approx(1.05 * 4.0)
+
+
+def test_how_late_it_makes_what_is_recorded_is_told_in_sampling_steps() -> None:
+    effect, ship = available()["rudder_rate_limit"], load_model("mmg")
+    assert isinstance(effect, RateLimit)
+    step = _trial("delta", np.array([0.0, 0.0, 0.3, 0.3, 0.3, 0.3]))
+    # By 0.1 rad/s it has done 0.1 of 0.3 rad when the order has done all.
+    assert effect.steps_late(ship, [step], 10.0) == pytest.approx(0.2 / 0.3)
+    ramp = _trial("delta", np.interp(np.arange(40.0), [0.0, 10.0, 13.0], [0.0, 0.0, 0.3]))
+    # Slower by a hundredth it is 1, 2 and 3 hundredths of a step behind.
+    assert effect.steps_late(ship, [ramp], 10.0 / 0.99) == pytest.approx(0.02)
+    assert effect.steps_late(ship, [ramp], 9.0) == pytest.approx(0.0)
+    assert effect.steps_late(ship, [_trial("delta", np.zeros(5))], 10.0) == np.inf

@@ -20,6 +20,7 @@ from seatruth.diagnosis.reported_sizes import with_reported_sizes
 from seatruth.diagnosis.sensor_channels import sensor_channels
 from seatruth.effects.causes import is_within
 from seatruth.effects.each_trial import follows_each_trial
+from seatruth.effects.rate_limits import RateLimit
 from seatruth.models.base import whole_name
 
 _MOST = 0.5
@@ -148,6 +149,14 @@ class Gap:
         magnitudes = [(k, q.name) for k, q in zip(self.problem.columns[name], effect.parameters, strict=True)]
         sizes = (abs(float(at[k]) - effect.null[q]) / typical[q].sd for k, q in magnitudes if q in effect.magnitudes)
         return max(sizes, default=math.inf)
+
+    def steps_late(self, name: str) -> float:
+        """How late a rate limit of the answer makes what is recorded, in sampling steps; inf of another effect."""
+        effect, at = self.problem.effects[name], (self._reported or self.shown).point.shared
+        if not isinstance(effect, RateLimit):
+            return math.inf
+        study = self.problem.study
+        return effect.steps_late(study.model, list(study.trials), float(at[self.problem.columns[name][0]]))
 
     @property
     def strays(self) -> bool:

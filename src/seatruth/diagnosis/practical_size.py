@@ -28,6 +28,10 @@ _TINY = 0.07
 """Typical sizes below which an effect is next to nothing. [C] Of 77 causes that were named in nine opened sets of
 `experiments/withheld`, five of the six below 0.051 did not act, the sixth was a dead band of 0.037; the others began at
 0.089."""
+_UNTIMED = 1.0 / math.sqrt(12.0)
+"""Sampling steps by which a record is off in time anyway: the standard deviation of what is uniform over a step. Of an
+AUV on which nothing acted, but which rolls and its model does not, rudders that were measured every 0.2 s, and moved by
+30 deg/s, had a rate limit of 28 deg/s, at 99.9 %: it made them late by 0.03 s."""
 _LITTLE = 0.1
 """Part of the gap on trials left out below which what moves the trials by little surely stays. [S] Lags of 0.05 s,
 which acted, of two vehicles that their models miss by far: 0.04 and 0.055."""
@@ -51,6 +55,9 @@ class Measured(Protocol):
 
     def typical_sizes(self, name: str) -> float:
         """Its size over a typical one."""
+
+    def steps_late(self, name: str) -> float:
+        """How late a rate limit makes what is recorded, in sampling steps; inf of another effect."""
 
     def closed_in_its_sensor(self, name: str) -> float:
         """Part of what runs miss of its sensor that an error of that closes."""
@@ -97,10 +104,15 @@ def without_tiny(decision: Decision, found: Sequence[Hypothesis], measured: Meas
     """The decision less what is next to nothing for what it is, whatever it explains.
 
     A fault may be of any size, but one that is a hundredth of a typical one is rarely what a record shows: it takes the
-    shape of something else. Where nothing else is named, the cause is unknown if the refitted model leaves a `gap`, and
-    these trials cannot decide if it leaves no more than noise.
+    shape of something else. So does a rate limit that only cuts the fastest moves that were recorded. Where nothing
+    else is named, the cause is unknown if the refitted model leaves a `gap`, and these trials cannot decide if it
+    leaves no more than noise.
     """
-    kept = tuple(one for one in decision.clusters if not measured.typical_sizes(one.member_in(decision.shown)) < _TINY)
+
+    def is_tiny(name: str) -> bool:
+        return measured.typical_sizes(name) < _TINY or measured.steps_late(name) < _UNTIMED
+
+    kept = tuple(one for one in decision.clusters if not is_tiny(one.member_in(decision.shown)))
     if len(kept) == len(decision.clusters):
         return decision
     tiny = tuple(one.member_in(decision.shown) for one in decision.clusters if one not in kept)
