@@ -44,6 +44,9 @@ _JUDGED = 3
 _BEHIND = 50.0
 """nats by which noise of another shape may be worse for a channel's residuals alone, and be better once all unknowns
 have moved. [S] Of 4613 shapes that were tried for an AUV with ten channels, the worst such one was 48 behind."""
+_TRIED = 2
+"""Shapes of a channel that are tried, those first that are best for its residuals. [S] Of 800 times that a channel of
+two AUVs was asked, one of its ten neighbours was better 56 times: the first each time."""
 _ROUNDING = 1e-9
 """nats within which two values of the objective are the same."""
 
@@ -216,7 +219,10 @@ def with_shape(sizes: Sizes, c: int, shape: int, log_white: float) -> Sizes:
 
 
 def _reshape(objective: Objective, best: Sizes, value: float, c: int, settings: Settings) -> tuple[Sizes, float]:
-    """The first neighbouring shape of one channel's noise that is better, at the same white or the same total size."""
+    """The first neighbouring shape of one channel's noise that is better, at the same white or the same total size.
+
+    Those that its residuals like best come first.
+    """
     shapes = noise_shapes(settings)
     ratios, times, now = len(settings.noise_ratios), len(settings.noise_times), best.shape[c]
     if now == 0:
@@ -230,13 +236,14 @@ def _reshape(objective: Objective, best: Sizes, value: float, c: int, settings: 
         outlook = objective.outlook(best, c)
     except np.linalg.LinAlgError:
         return best, value
-    least = outlook(now, white) - _BEHIND
+    tried = list[tuple[float, int, float]]()
     for option in options:
         total = 0.5 * math.log(shapes[now].correlation(0.0) / shapes[option].correlation(0.0))
-        for shift in (0.0, total):
-            if not outlook(option, white + shift) > least:
-                continue
-            trial = with_shape(best, c, option, white + shift)
+        tried += [(outlook(option, white + shift), option, white + shift) for shift in (0.0, total)]
+    least = outlook(now, white) - _BEHIND
+    for worth, option, log_white in sorted(tried, reverse=True)[:_TRIED]:
+        if worth > least:
+            trial = with_shape(best, c, option, log_white)
             found = objective(trial)
             if found > value + _ROUNDING:
                 return trial, found
