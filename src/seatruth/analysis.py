@@ -16,6 +16,7 @@ from seatruth.costs.options import TrajectoryOptions
 from seatruth.costs.sensor_places import far_sensors, receiver_in_two_places
 from seatruth.costs.stepped_orders import stepped_orders, steps_in_gaps, without_stale_notes
 from seatruth.costs.study_cost import StudyCost
+from seatruth.costs.sway_signs import turned_sway
 from seatruth.errors import SeatruthError
 from seatruth.estimate import PARAMETER_COLUMNS, Estimate, decoded, encoded
 from seatruth.models.isolated import failures_of
@@ -332,6 +333,8 @@ def check_study(study: Study) -> list[Finding]:
         return gravest_first([*found, model_fault(fault), *steps_in_gaps(study, trials)])
     found += [*stepped_orders(study, trials), *steps_in_gaps(study, trials), *current_rates(study)]
     found += [*input_range(study), *far_sensors(study), *receiver_in_two_places(study)]
+    if not any(one.severity == "error" and one.channel in ("v", "psi", "x", "y") for one in found):
+        found += turned_sway(study)
     return gravest_first(found)
 
 

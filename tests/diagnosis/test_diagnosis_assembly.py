@@ -58,7 +58,7 @@ def _deciding(
     one.information = SimpleNamespace(noncentrality_between=None, undetectable=lambda: [])
     monkeypatch.setattr(assembly, "decide", lambda *args, **options: said)
     monkeypatch.setattr(assembly, "narrow_headings", lambda trials: None)
-    sizes = SimpleNamespace(share=lambda name: 1.0, typical_sizes=lambda name: 1.0)
+    sizes = SimpleNamespace(share=lambda name: 1.0, typical_sizes=lambda name: 1.0, steps_late=lambda name: 9.0)
     monkeypatch.setattr(Assembly, "_gap_of", lambda self, key: sizes)
     monkeypatch.setattr(Assembly, "_judged", lambda self, decision: judged(decision))
     monkeypatch.setattr(Assembly, "_helps", lambda self, name, key: True)

@@ -29,7 +29,7 @@ def far_sensors(problem: EstimationProblem) -> list[Finding]:
             "State `at` in metres forward, starboard and down of the model's origin.",
             channel=name,
         )
-        for name, at in _places(problem).items()
+        for name, at in sensor_places(problem).items()
         if size is not None and max(abs(x) for x in at) > size.length
     ]
 
@@ -40,7 +40,7 @@ def receiver_in_two_places(problem: EstimationProblem) -> list[Finding]:
     Args:
         problem: the study.
     """
-    places = _places(problem)
+    places = sensor_places(problem)
     recorded = {name for trial in problem.trials for name in trial.outputs}
     compared = recorded & {channel.name for channel in problem.model.outputs}
     groups = [[name for name in names if name in compared] for names in (_POSITION, _VELOCITY)]
@@ -65,7 +65,7 @@ def _in_metres(at: Place) -> str:
     return "the model's origin" if at == ORIGIN else f"[{', '.join(f'{x:g}' for x in at)}] m"
 
 
-def _places(problem: EstimationProblem) -> dict[str, Place]:
+def sensor_places(problem: EstimationProblem) -> dict[str, Place]:
     """Stated places of the sensors, by channel."""
     around: Any = problem.model
     places: dict[str, Place] = {}

@@ -112,7 +112,8 @@ class PredictionErrors:
             return math.inf
         point = model.fit.point
         moved = self.problem.moved(point, step.shared, np.zeros_like(point.initial)).shared - point.shared
-        errors = self._rows(model.errors) + self._rows(model.slopes) @ moved[model.fit.likelihood.columns]
+        with np.errstate(over="ignore", invalid="ignore"):  # of runs that diverge
+            errors = self._rows(model.errors) + self._rows(model.slopes) @ moved[model.fit.likelihood.columns]
         size = self._size(errors, channels)
         return min(size, self._worthless) if math.isfinite(size) and channels is None else size
 
