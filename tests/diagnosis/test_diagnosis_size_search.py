@@ -11,7 +11,7 @@ import pytest
 
 from seatruth.arrays import Array
 from seatruth.diagnosis.settings import Settings
-from seatruth.diagnosis.size_search import maximise
+from seatruth.diagnosis.size_search import maximise, with_shape
 from seatruth.diagnosis.sizes import Sizes, noise_shapes
 from seatruth.statistics.state_space_noise import whiten
 
@@ -52,7 +52,8 @@ class Function:
         return slope, curvature
 
     def outlook(self, sizes: Sizes, c: int) -> Callable[[int, float], float]:
-        return lambda shape, log_white: 0.0
+        """Nothing else moves with the noise: what a shape is worth is what the objective says of it."""
+        return lambda shape, log_white: self.function(with_shape(sizes, c, shape, log_white))
 
     def least(self, sizes: Sizes) -> Array:
         found = np.full(len(sizes.vector), -math.inf)
@@ -164,3 +165,21 @@ def test_a_shape_that_the_residuals_refuse_is_not_tried(behind: float, tried: bo
 
     best, _ = maximise(Refused(function), sizes().without_discrepancy(), SETTINGS, channels=(0,), sweeps=1)
     assert (len(asked) > 1, best.shape[0] > 0) == (tried, tried)
+
+
+def test_of_a_channel_the_shapes_that_its_residuals_like_best_are_tried() -> None:
+    asked: list[int] = []
+
+    class Liking(Function):
+        def outlook(self, sizes: Sizes, c: int) -> Callable[[int, float], float]:
+            return lambda shape, log_white: 0.1 * shape
+
+    def function(s: Sizes) -> float:
+        asked.append(s.shape[0])
+        return -float(s.shape[0] > 0)
+
+    best, _ = maximise(Liking(function), sizes().without_discrepancy(), SETTINGS, channels=(0,), sweeps=1)
+    assert best.shape == (0, 0)
+    tried = [shape for shape in asked if shape > 0]
+    assert len(tried) == 2
+    assert set(tried) == {1 + 3 * len(SETTINGS.noise_times) + 3}  # the largest and slowest, by two white deviations
