@@ -285,7 +285,7 @@ class Analysis:
 
     def _moved(self, table: pd.DataFrame) -> list[Finding]:
         """What surely lies far from its stated prior: one of the two is wrong."""
-        columns = table[["unit", "prior_mean", "prior_sd", "value", "stderr"]]
+        columns = table[["unit", "prior_mean", "prior_sd", "value", "stderr", "at_bound"]]
         fitted = [Coefficient(str(name), *row) for name, row in zip(columns.index, columns.itertuples(index=False))]
         return moved_coefficients({p.name for p in self.study.parameters if p.prior is not None}, fitted)
 

@@ -64,8 +64,8 @@ def estimate(
                 {
                     "combination": {"Y_v": 0.71, "N_v": -0.69, "Y_r": 0.1},
                     "ratio": 0.38,
-                    "sentence": "Y_v and N_v trade off: these trials determine their common direction only to 38 % of "
-                    "its plausible range.",
+                    "sentence": "Y_v and N_v trade off: these trials alone leave their common direction uncertain by "
+                    "38 % of what their priors or bounds do.",
                 }
             ][: max(parameters - 1, 0)],
         },

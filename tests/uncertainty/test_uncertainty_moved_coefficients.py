@@ -37,6 +37,14 @@ def test_an_error_larger_than_the_prior_s_does_not_make_it_less_sure() -> None:
     assert "Fix it" in found.do
 
 
+def test_one_at_its_bound_is_told_though_it_has_no_error() -> None:
+    """An AUV's Y_dv of -86 +- 10 kg ended at -20, its bound, and nothing was said."""
+    one = Coefficient("Y_dv", "kg", -86.0, 10.0, -20.0, float("nan"), at_bound=True)
+    (found,) = moved_coefficients({"Y_dv"}, [one])
+    assert found.message.startswith("The fitted Y_dv, -20 kg (at its bound), is 6.6 prior standard deviations from")
+    assert moved_coefficients({"Y_dv"}, [replace(one, value=-42.0)]) == []
+
+
 STUDY = """
 [study]
 name = "moved"

@@ -139,7 +139,8 @@ def _combination(vector: Array, parameters: Sequence[Parameter], ratio: float, l
     if ratio > _UNDETERMINED:
         sentence = f"these trials do not determine {what}."
     else:
-        sentence = f"these trials determine {what} only to {_times(ratio)} its plausible range."
+        own = "its prior or bounds do" if len(names) == 1 else "their priors or bounds do"
+        sentence = f"these trials alone leave {what} uncertain by {_times(ratio)} what {own}."
     if len(names) == 1:
         sentence = sentence[0].upper() + sentence[1:]
     else:

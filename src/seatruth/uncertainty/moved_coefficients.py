@@ -32,7 +32,9 @@ class Coefficient:
     value: float
     """Refitted."""
     stderr: float
-    """Its standard error."""
+    """Its standard error; NaN where it has none."""
+    at_bound: bool = False
+    """Whether it ended at one of its bounds, beyond which the trials would have it."""
 
 
 def moved_coefficients(stated: Container[str], coefficients: Iterable[Coefficient]) -> list[Finding]:
@@ -55,23 +57,31 @@ def _distance(one: Coefficient) -> float:
     """Prior standard deviations that its value is surely off.
 
     An error larger than the prior's does not make it less sure: the prior would have held what trials tell no better.
+    Nor does a bound, at which it has none.
     """
-    return (abs(one.value - one.declared) - _NEARER * min(one.stderr, one.prior_sd)) / one.prior_sd
+    error = one.prior_sd if one.at_bound else min(one.stderr, one.prior_sd)
+    return (abs(one.value - one.declared) - _NEARER * error) / one.prior_sd
 
 
 def _finding(one: Coefficient) -> Finding:
     unit = "" if one.unit == "1" else f" {one.unit}"
     times = abs(one.value - one.declared) / one.prior_sd
+    value = f"{one.value:.4g}" if one.at_bound else with_error(one.value, one.stderr)
+    where = " (at its bound)" if one.at_bound else ""
     text = (
-        f"The fitted {one.name}, {with_error(one.value, one.stderr)}{unit}, is {times:.1f} prior standard deviations"
-        f" from what the study states of it, {with_error(one.declared, one.prior_sd)}{unit}."
+        f"The fitted {one.name}, {value}{unit}{where}, is {times:.1f} prior standard deviations from what the study"
+        f" states of it, {with_error(one.declared, one.prior_sd)}{unit}."
     )
     do = (
         "If the prior holds, the vehicle has changed in what this stands for, or it makes up for something that the"
         " model lacks."
     )
-    if one.stderr > one.prior_sd:
-        text += " The trials tell it less well than the prior does, and yet it was not held there."
+    if one.at_bound or one.stderr > one.prior_sd:
+        text += (
+            " Without the bound it would end farther still."
+            if one.at_bound
+            else " The trials tell it less well than the prior does, and yet it was not held there."
+        )
         do = (
             "The fit counts each sample of what the model misses as news. Fix it (`vary = false`), and compare what is"
             " missed then. Where [noise] is stated, leave it out: the noise is then that of the misfit. `seatruth"
