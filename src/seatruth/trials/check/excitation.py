@@ -25,7 +25,11 @@ from seatruth.trials.trial import Trial
 
 
 def beside_others(findings: Sequence[Finding], trials: Sequence[Trial]) -> list[Finding]:
-    """Findings, where an input that hardly moves in a trial, but does in another, is only noted: its unit is right."""
+    """Findings, as they are in sight of the other trials.
+
+    An input that hardly moves in a trial, but does in another, is only noted: its unit is right. One that jumps over
+    much of its small range in a trial, and over little of what it ranges over in all, moves as any servo does.
+    """
     moves = {
         name
         for trial in trials
@@ -37,7 +41,17 @@ def beside_others(findings: Sequence[Finding], trials: Sequence[Trial]) -> list[
         if one.code == "input-small" and one.channel in moves
         else one
         for one in findings
+        if one.code != "input-jumps" or _jumps_beside(one, trials)
     ]
+
+
+def _jumps_beside(finding: Finding, trials: Sequence[Trial]) -> bool:
+    """Whether an input jumps over much of what it ranges over in all trials."""
+    values = [one.inputs[finding.channel] for one in trials if finding.channel in one.inputs]
+    known = np.concatenate([one[np.isfinite(one)] for one in values])
+    own = next(one.inputs[finding.channel] for one in trials if one.name == finding.trial)
+    jump = np.abs(np.diff(own[np.isfinite(own)]))
+    return bool((jump[jump <= np.pi] > limits.COARSE_INPUT_STEP * np.ptp(known)).any())
 
 
 def check_inputs(trial: Trial, model: Channels | None = None) -> Iterator[Finding]:

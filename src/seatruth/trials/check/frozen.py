@@ -8,13 +8,16 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
-from seatruth.trials.check.helpers import at_all_times, has_channels, integral, make_finding
+from seatruth.trials.check.helpers import at_all_times, degrees, has_channels, integral, make_finding
 from seatruth.trials.check.rates import euler_rate
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
 
 _ANGLES = {"psi": "r", "theta": "q", "phi": "p"}
 _RATES = {rate: angle for angle, rate in _ANGLES.items()}
+_STEADY = 0.02
+"""Part of a rate of turn over which it ranges, up to which a turn is steady without any noise. [S] A gyro's noise is a
+twentieth or more of the fastest turns."""
 
 
 def check_constant(trial: Trial, name: str) -> Iterator[Finding]:
@@ -104,8 +107,12 @@ def _sailing(part: Trial, name: str) -> tuple[str, bool]:
     if name == "v":
         if not has_channels(part, "psi"):
             return "", False
+        if has_channels(part, "r"):
+            rate = part.channel("r")[np.isfinite(part.channel("r"))]
+            if np.ptp(rate) <= _STEADY * abs(float(rate.mean())):
+                return "", True  # in a turn so steady that no noise is in it, all stand still
         turned = float(np.ptp(np.unwrap(part.channel("psi")[np.isfinite(part.channel("psi"))])))
-        return (f"the heading changes by {turned:.2g} rad" if turned > limits.FROZEN_TURN else ""), True
+        return (f"the heading changes by {degrees(turned)}" if turned > limits.FROZEN_TURN else ""), True
     if not has_channels(part, "x", "y"):
         return "", False
     speed = _speed(part)
