@@ -1,11 +1,11 @@
-"""What `seatruth simulate` says of a run that diverges."""
+"""What `seatruth simulate` says of runs that diverge, and of headings that are missed by far."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import pytest
-from nomoto_ship import call
+from nomoto_ship import call, write_ship
 
 MODEL = """
 from seatruth.models import Channel, Model, Parameter
@@ -41,6 +41,27 @@ file = "run.csv"
 """
 
 
+SHIP_STUDY = """
+[model]
+use = "ship.py:Nomoto"
+
+[parameters]
+K = {{ value = {gain} }}
+T = {{ value = 8.0 }}
+
+[channels]
+delta = {{ column = "rudder_deg", unit = "deg" }}
+r = {{ column = "yaw rate [deg/s]" }}
+psi = {{ column = "Heading", unit = "deg" }}
+
+[time]
+column = "Time(s)"
+
+[[trials]]
+file = "zigzag.csv"
+"""
+
+
 def test_it_says_when_and_from_where_a_run_diverges(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -53,3 +74,21 @@ def test_it_says_when_and_from_where_a_run_diverges(
     said = " ".join(capsys.readouterr().out.split())
     assert "The simulation of 'run' diverges at t = 2" in said
     assert "what the equations do there" in said
+
+
+def test_headings_that_are_missed_by_far_are_told_in_degrees(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_ship(tmp_path)
+    Path("study.toml").write_text(SHIP_STUDY.format(gain=0.12))
+    assert call("simulate", "study.toml") == 0
+    near = " ".join(capsys.readouterr().out.split())
+    assert "deg/s" in near
+    assert "rad" not in near
+    assert "is missed by" not in near
+    Path("study.toml").write_text(SHIP_STUDY.format(gain=0.9))
+    assert call("simulate", "study.toml") == 0
+    far = " ".join(capsys.readouterr().out.split())
+    assert "psi is missed by" in far
+    assert "nothing has been fitted yet" in far

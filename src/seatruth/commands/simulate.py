@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
@@ -13,6 +15,10 @@ from seatruth.text import listed
 
 if TYPE_CHECKING:
     import pandas as pd
+
+_ANGLES = ("psi", "theta", "phi")
+_FAR = math.radians(30.0)
+"""rad by which an angle is missed (root mean square over a trial) from which something is said of it. [S]"""
 
 
 def simulate(
@@ -44,16 +50,7 @@ def simulate(
                     "diverged": diverged,
                 }
             )
-    shown = [
-        [
-            str(row["trial"]),
-            str(row["channel"]),
-            "diverged" if row["diverged"] else f"{row['rmse']:.4g}" if row["samples"] else "not recorded",
-            str(row["unit"]),
-        ]
-        for row in rows
-    ]
-    console().print(table(["trial", "channel", "RMSE", "unit"], shown, numbers=("RMSE",)))
+    console().print(table(["trial", "channel", "RMSE", "unit"], [_line(row) for row in rows], numbers=("RMSE",)))
     diverged_trials = sorted({str(row["trial"]) for row in rows if row["diverged"]})
     for name in diverged_trials:
         say(_where_it_diverges(name, runs[name]))
@@ -61,7 +58,32 @@ def simulate(
         say(
             "Check units, signs, start values, and what the equations do there: a root of a negative speed, a division."
         )
+    if missed := _missed_headings(rows):
+        say(missed)
     return Result({"fit": rows, "diverged": diverged_trials}, 1 if diverged_trials else 0)
+
+
+def _line(row: Mapping[str, Any]) -> list[str]:
+    """A row of the table: angles in degrees."""
+    from seatruth.report.numbers import shown
+
+    channel = shown(str(row["channel"]), str(row["unit"]))
+    size = f"{row['rmse'] * channel.factor:.4g}" if row["samples"] else "not recorded"
+    return [str(row["trial"]), channel.name, "diverged" if row["diverged"] else size, channel.unit]
+
+
+def _missed_headings(rows: Sequence[Mapping[str, Any]]) -> str:
+    """What headings that are missed by far mean before anything is fitted; "" where none is."""
+    missed = [row for row in rows if row["channel"] in _ANGLES and row["rmse"] > _FAR]
+    if not missed:
+        return ""
+    worst = max(missed, key=lambda row: float(row["rmse"]))
+    return (
+        f"{worst['channel']} is missed by {math.degrees(worst['rmse']):.0f} deg in {worst['trial']!r}. An error of the "
+        "rate of turn adds up, and nothing has been fitted yet: `seatruth identify` says what is left with the "
+        "coefficients that are free. If it still misses so much, look at signs, units and the form of the model before "
+        "a diagnosis."
+    )
 
 
 def _where_it_diverges(name: str, run: pd.DataFrame) -> str:
