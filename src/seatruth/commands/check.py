@@ -11,6 +11,7 @@ from threadpoolctl import threadpool_limits
 from seatruth.commands.common import JsonFile, Result, StudyPath, console, say, table
 from seatruth.commands.cost_notice import say_cost
 from seatruth.commands.progress import load_study
+from seatruth.commands.simulate import missed_angle, misses
 from seatruth.errors import BadInput
 from seatruth.study import Study
 from seatruth.text import listed
@@ -153,6 +154,8 @@ def _preview(study: Study) -> pd.DataFrame:
         "A best std. error is a bound, for a model that is right in all else and noise that is white. Where a small "
         "error adds up over a run, as a moment does in a heading, a real error can be a hundred times larger."
     )
+    if missed := missed_angle(misses(study, study.simulate())):
+        say(f"At the start values {missed}: the bounds hold there, and may be far too small where a fit ends.")
     if frame.attrs["reasons"]:
         say("\nWhy parameters are not identifiable:")
         for reason in frame.attrs["reasons"]:

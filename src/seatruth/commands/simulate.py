@@ -16,6 +16,8 @@ from seatruth.text import listed
 if TYPE_CHECKING:
     import pandas as pd
 
+    from seatruth.study import Study
+
 _ANGLES = ("psi", "theta", "phi")
 _FAR = math.radians(30.0)
 """rad by which an angle is missed (root mean square over a trial) from which something is said of it. [S]"""
@@ -31,11 +33,31 @@ def simulate(
     """Simulate the model against the trials, without a fit."""
     loaded = load_study(study)
     runs = loaded.simulate(threads=threads)
+    rows = misses(loaded, runs)
+    console().print(table(["trial", "channel", "RMSE", "unit"], [_line(row) for row in rows], numbers=("RMSE",)))
+    diverged_trials = sorted({str(row["trial"]) for row in rows if row["diverged"]})
+    for name in diverged_trials:
+        say(_where_it_diverges(name, runs[name]))
+    if diverged_trials:
+        say(
+            "Check units, signs, start values, and what the equations do there: a root of a negative speed, a division."
+        )
+    if missed := missed_angle(rows):
+        say(
+            f"{missed}. An error of the rate of turn adds up, and nothing has been fitted yet: `seatruth identify` "
+            "says what is left with the coefficients that are free. If it still misses so much, look at signs, units "
+            "and the form of the model before a diagnosis."
+        )
+    return Result({"fit": rows, "diverged": diverged_trials}, 1 if diverged_trials else 0)
+
+
+def misses(study: Study, runs: Mapping[str, pd.DataFrame]) -> list[dict[str, Any]]:
+    """Root mean square of what simulated runs miss, by trial and output; NaN where a run diverges."""
     rows = []
-    for trial in (*loaded.trials, *loaded.holdout):
+    for trial in (*study.trials, *study.holdout):
         run = runs[trial.name]
         diverged = not np.isfinite(run.to_numpy()).all()
-        for channel in loaded.model.outputs:
+        for channel in study.model.outputs:
             measured = trial.outputs.get(channel.name, np.full(len(trial), np.nan))
             difference = measured - run[channel.name].to_numpy()
             valid = difference[np.isfinite(difference)]
@@ -50,17 +72,7 @@ def simulate(
                     "diverged": diverged,
                 }
             )
-    console().print(table(["trial", "channel", "RMSE", "unit"], [_line(row) for row in rows], numbers=("RMSE",)))
-    diverged_trials = sorted({str(row["trial"]) for row in rows if row["diverged"]})
-    for name in diverged_trials:
-        say(_where_it_diverges(name, runs[name]))
-    if diverged_trials:
-        say(
-            "Check units, signs, start values, and what the equations do there: a root of a negative speed, a division."
-        )
-    if missed := _missed_headings(rows):
-        say(missed)
-    return Result({"fit": rows, "diverged": diverged_trials}, 1 if diverged_trials else 0)
+    return rows
 
 
 def _line(row: Mapping[str, Any]) -> list[str]:
@@ -72,18 +84,13 @@ def _line(row: Mapping[str, Any]) -> list[str]:
     return [str(row["trial"]), channel.name, "diverged" if row["diverged"] else size, channel.unit]
 
 
-def _missed_headings(rows: Sequence[Mapping[str, Any]]) -> str:
-    """What headings that are missed by far mean before anything is fitted; "" where none is."""
+def missed_angle(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Which angle of `misses` is missed by far, in words; "" where none is."""
     missed = [row for row in rows if row["channel"] in _ANGLES and row["rmse"] > _FAR]
     if not missed:
         return ""
     worst = max(missed, key=lambda row: float(row["rmse"]))
-    return (
-        f"{worst['channel']} is missed by {math.degrees(worst['rmse']):.0f} deg in {worst['trial']!r}. An error of the "
-        "rate of turn adds up, and nothing has been fitted yet: `seatruth identify` says what is left with the "
-        "coefficients that are free. If it still misses so much, look at signs, units and the form of the model before "
-        "a diagnosis."
-    )
+    return f"{worst['channel']} is missed by {math.degrees(worst['rmse']):.0f} deg in {worst['trial']!r}"
 
 
 def _where_it_diverges(name: str, run: pd.DataFrame) -> str:

@@ -1,9 +1,9 @@
 """A sway velocity with its sign turned round: positions slide to the other side in turns than it says.
 
 Drift angles of 2 to 4 deg pass the checks of single trials, where a current or a compass may explain as much. All
-trials together tell: over windows the displacement is m = a A + b B + d T, with A and B what the speeds ahead and across
-add up to over ground, a complex for a scale and a heading that is off, d the drift of each trial over its windows' time
-T. Where all is well, b = 1.
+trials together tell: over windows the displacement is m = a A + b B + d T, with A and B what the speeds ahead and
+across add up to over ground, a complex for a scale and a heading that is off, d the drift of each trial over its
+windows' time T. Where all is well, b = 1.
 """
 
 from __future__ import annotations
@@ -53,10 +53,13 @@ def turned_sway(problem: EstimationProblem) -> list[Finding]:
         return []
     turned = np.concatenate([one.turned for one in parts])
     arm = _share(moved - across, turned, np.column_stack([ahead, 1j * ahead, drift, 1j * drift]))
-    elsewhere = "" if arm is None else (
-        f", or state where the position's antenna stands: {abs(arm[0]):.2g} m {'ahead of' if arm[0] > 0.0 else 'behind'} "
-        "where the study has it would look the same"
-    )
+    elsewhere = ""
+    if arm is not None:
+        side = "ahead of" if arm[0] > 0.0 else "behind"
+        elsewhere = (
+            f", or state where the position's antenna stands: {abs(arm[0]):.2g} m {side} where the study has it would "
+            "look the same"
+        )
     return [
         Finding(
             "warning",
