@@ -32,12 +32,13 @@ from seatruth.diagnosis.parts import NextTrial, Validation
 from seatruth.diagnosis.practical_size import is_certain_error, without_negligible, without_small, without_tiny
 from seatruth.diagnosis.prediction_errors import noise_deviation
 from seatruth.diagnosis.reported_noise import noise_of_channels
+from seatruth.diagnosis.reported_sizes import refitted_coefficients
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sections import recorded
 from seatruth.diagnosis.sensor_errors import errors_of_sensor
 from seatruth.diagnosis.sentences import verdict_sentence
 from seatruth.diagnosis.shared_directions import is_shared
-from seatruth.diagnosis.size_errors import is_sure, size_errors, sizes_of
+from seatruth.diagnosis.size_errors import is_sure, sizes_of
 from seatruth.diagnosis.sizes import is_no_noise
 from seatruth.diagnosis.sizes_in_words import effect_in_words, furthest, prior_deviations
 from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis, NamedCause, Verdict, least_probable
@@ -389,10 +390,7 @@ class Assembly:
     @cached_property
     def coefficients(self) -> tuple[Coefficient, ...]:
         """The model's free coefficients, refitted beside the answer."""
-        shown = self.gap.shown
-        pairs = [(k, self.problem.unknowns[k]) for k in self.problem.coefficients]
-        found = self.problem.sd, shown.point.shared, size_errors(self.problem, shown)
-        return tuple(Coefficient(q.name, q.unit, q.value, *(float(one[k]) for one in found)) for k, q in pairs)
+        return refitted_coefficients(self.problem, self.gap.shown)
 
     def _augmented(self) -> dict[str, Any]:
         """The named effects at their reported values, and nothing else."""

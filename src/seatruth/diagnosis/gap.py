@@ -176,7 +176,10 @@ class Gap:
         plain, named = self.misfits["refit"], self.misfits["effects"]
         if self.strays:
             return self._share_of_evidence(name, rest)
-        without, gap = self.search.fits.get((rest, False)), plain - self.problem.count
+        without, near = (self.search.fits.get((key, False)) for key in (rest, self.key))
+        if without is None and near is not None:
+            without = ensure(self.search, rest, near)
+        gap = plain - self.problem.count
         if without is None or gap <= 0.0:
             return math.nan
         left = misfit(self.problem, self.deviation, without_discrepancy(self.problem, without.point))

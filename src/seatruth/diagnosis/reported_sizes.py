@@ -15,6 +15,9 @@ from seatruth.diagnosis.fit import Fit, fit
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import without_forces
 from seatruth.diagnosis.initial_guess import moved_to
+from seatruth.diagnosis.problem import Problem
+from seatruth.diagnosis.size_errors import size_errors
+from seatruth.uncertainty.moved_coefficients import Coefficient
 
 _ELSEWHERE = 3.0
 """Standard errors by which an effect's value without forces may differ from the reported one. Convention."""
@@ -46,3 +49,13 @@ def with_reported_sizes(search: Search, key: Key, reported: Fit | None) -> Fit:
         return fit(held, key, start, bare.sizes, search.known, discrepancy=False)
     except np.linalg.LinAlgError:
         return bare
+
+
+def refitted_coefficients(problem: Problem, fit: Fit) -> tuple[Coefficient, ...]:
+    """The model's free coefficients as a fit has them, which is that of the answer."""
+    at, errors = fit.point.shared, size_errors(problem, fit)
+    ends = (at <= problem.low) | (at >= problem.high)
+    return tuple(
+        Coefficient(q.name, q.unit, q.value, float(problem.sd[k]), float(at[k]), float(errors[k]), bool(ends[k]))
+        for k, q in ((k, problem.unknowns[k]) for k in problem.coefficients)
+    )
