@@ -28,8 +28,8 @@ _NO_NOISE = 1e-12
 _LARGEST_RESIDUAL = 1e140
 """Size, in SI units, below which the squares of a million residuals can be summed (up to 1.8e308)."""
 _PROPOSED = 1
-"""Shapes that the residuals alone suggest, of which the likelihood chooses. [S] Of 396 times that three were tried for a
-channel of an AUV, one was better than the shape it had twelve times: the first each time."""
+"""Shapes that the residuals alone suggest, of which the likelihood chooses. [S] Of 396 times that three were tried for
+a channel of an AUV, one was better than the shape it had twelve times: the first each time."""
 _WIDE = 0.7
 """Difference of a logarithm of a size over which its likelihood is taken as a normal curve. A factor of 2."""
 _NARROWEST = 1e-6
