@@ -157,7 +157,7 @@ def _preview(study: Study) -> pd.DataFrame:
     if missed := missed_angle(misses(study, study.simulate())):
         say(f"At the start values {missed}: the bounds hold there, and may be far too small where a fit ends.")
     if frame.attrs["reasons"]:
-        say("\nWhy parameters are not identifiable:")
+        say("\nWhat these trials do not tell apart:")
         for reason in frame.attrs["reasons"]:
             say(f"- {reason}")
     return frame

@@ -28,7 +28,8 @@ def prior_identifiability(study: EstimationProblem, threads: int | None = None) 
 
     Returns:
         Index parameter; columns value, crlb (both in its unit), verdict. `frame.attrs["reasons"]` lists in sentences
-        why parameters are not identifiable: which scales or sums of them cancel, or which of them trade off.
+        what no trial of this kind tells apart: which scales or sums of parameters cancel, priors or not, and why those
+        are not identifiable that trade off.
 
     Raises:
         BadInput: The model cannot be simulated at its start values.
@@ -64,16 +65,17 @@ def prior_identifiability(study: EstimationProblem, threads: int | None = None) 
 
 
 def _reasons(cost: StudyCost, x: Array, lost: set[str]) -> list[str]:
-    """Sentences on the directions that lose these parameters; those that cancel exactly come first."""
+    """Sentences on what cancels exactly, though priors may hold it, and on further directions that lose parameters."""
+    exact = unidentifiable_directions(cost, x)
+    said = [str(entry["sentence"]) for entry in exact]
     if not lost:
-        return []
+        return said
     columns = [k for k, parameter in enumerate(cost.parameters) if parameter.name not in cost.nuisances]
     rows = np.concatenate([group.rows for group in cost.residual_blocks if group.kind == "data"])
-    exact = unidentifiable_directions(cost, x)
     steps = np.array([entry["step"][columns] for entry in exact]).reshape(len(exact), len(columns))
     jacobian = np.nan_to_num(cost.jacobian(x)[rows])
     # A change that free initial states can make up for says nothing about the parameters.
     basis = np.linalg.qr(jacobian[:, [cost.names.index(name) for name in cost.nuisances]])[0]
     data = (jacobian - basis @ (basis.T @ jacobian))[:, columns]
     weak = identifiability(data, [cost.parameters[k] for k in columns], known_directions=steps)["weak"]
-    return [str(entry["sentence"]) for entry in (*exact, *weak) if lost & set(entry["combination"])]
+    return [*said, *(str(entry["sentence"]) for entry in weak if lost & set(entry["combination"]))]
