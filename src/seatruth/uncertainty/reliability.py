@@ -144,7 +144,7 @@ def far_initial_states(cost: StudyCost, x: Array) -> list[Finding]:
             said = ""
             do = (
                 'Keep it near them with initial_sd, or at them with initial = "fixed" in [cost]; check the offset of '
-                "the sensor."
+                "the sensor, and where [noise] states a data sheet's, leave it out: it must hold what the model misses."
             )
             size = motion(trial, list(outputs.values()), channel)
             far = away > max(_FAR_NOISE * _noise(cost, trial, channel), _TURN if channel.angle else _FAR_MOTION * size)
