@@ -27,6 +27,8 @@ NAMES: dict[str, tuple[str, ...]] = {
         *("longitudinal ground speed", "dvl vx", "dvl vx fwd", "dvl vx forward", "dvl u", "dvl x", "fwd speed"),
         *(
             "dvl fwd",
+            "dvl ahead",
+            "dvl surge",
             "dvl forward",
             "dvl fwd speed",
             "dvl forward speed",
@@ -38,7 +40,7 @@ NAMES: dict[str, tuple[str, ...]] = {
     "v": (
         *("v", "sway", "sway velocity", "sway speed", "transverse speed", "lateral speed", "lateral velocity", "vy"),
         *("linear y", "transverse ground speed", "dvl vy", "dvl vy stbd", "dvl vy starboard", "dvl v", "dvl y"),
-        *("dvl stbd", "dvl starboard", "velocity starboard"),
+        *("dvl stbd", "dvl starboard", "dvl sway", "velocity starboard"),
     ),
     "w": (
         *("w", "heave velocity", "heave speed", "vertical speed", "vertical velocity", "vz", "heave rate"),

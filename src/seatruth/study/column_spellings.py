@@ -64,15 +64,19 @@ def other_spellings(name: str, channel: str, known: Sequence[str]) -> tuple[str,
         (('yaw rate',), ('north',))
         >>> other_spellings("dvl bt u", "u", ["u", "dvl u"]), other_spellings("gyro q", "q", ["q", "pitch rate"])
         (('dvl u',), ('q',))
+        >>> other_spellings("easting usbl", "y", ["y", "easting"])
+        ('easting',)
     """
     if channel == "t":
         words = {*name.split()}
         return tuple(known[:1]) if words & _CLOCK and words <= _CLOCK | _WHOSE else ()
     glued = name.replace(" ", "")
     found = [word for word in known if " " in word and len(glued) >= _SHORTEST and word.replace(" ", "") == glued]
-    system, _, rest = name.partition(" ")
-    if system in _SYSTEMS.get(channel, ()) and rest in known and (len(rest) > 1 or system in (*_SOLVED, *_RATES)):
-        found.append(rest)
+    before, _, second = name.partition(" ")
+    first, _, behind = name.rpartition(" ")
+    for system, rest in ((before, second), (behind, first)):
+        if system in _SYSTEMS.get(channel, ()) and rest in known and (len(rest) > 1 or system in (*_SOLVED, *_RATES)):
+            found.append(rest)
     if "dvl" in name.split() or "bt" in name.split():
         plain = " ".join(["dvl", *(word for word in name.split() if word not in {"dvl", *_OF_A_TRACK})])
         found += [word for word in known if word == plain != name]
