@@ -119,3 +119,15 @@ def test_how_fast_a_wind_is_stays_as_open_as_the_area_that_it_blows_on() -> None
         assert q.stderr == pytest.approx(np.hypot(own, q.systematic_error))
         assert (q.value - q.lower, q.upper - q.value) == pytest.approx((1.96 * q.stderr, 1.96 * q.stderr))
     assert found["north"].systematic_error > 0.4
+
+
+@pytest.mark.parametrize(("lacking", "part"), [(True, 0.05), (False, 0.0)])
+def test_what_shows_by_forces_is_as_open_as_their_form_where_the_model_lacks_something(
+    found: Search, lacking: bool, part: float
+) -> None:
+    """Of an ROV's thruster 15 % weak, beside forces of another form, -0.135 +- 0.005."""
+    fit = found.fits[KEY, True]
+    (q, *_) = sizes_of(found.problem, fit, KEY[0], lacking=lacking)
+    own = size_errors(found.problem, fit)[found.problem.columns[KEY[0]][0]]
+    assert q.systematic_error == pytest.approx(part * abs(q.value - q.null))
+    assert q.stderr == pytest.approx(np.hypot(own, q.systematic_error))

@@ -331,7 +331,7 @@ class Assembly:
 
     def _parameters(self, name: str) -> tuple[EffectParameter, ...]:
         fit = self.information.fit_of(name, self.decision.shown, self._beside)
-        return () if fit is None else sizes_of(self.problem, fit, name)
+        return () if fit is None else sizes_of(self.problem, fit, name, lacking=self.decision.discrepancy)
 
     def _effects(self, places: Mapping[str, tuple[str, ...]]) -> tuple[EffectResult, ...]:
         ranked = sorted(self.problem.effects, key=lambda name: (-self.inclusion[name], name))
