@@ -26,8 +26,8 @@ from seatruth.effects.causes import is_within
 _THROUGH_FORCES = ("actuator", "loading", "hydrodynamics", "environment.force_fixed_to_earth")
 """Causes that show by what the model makes of forces, not in the motion or in a sensor itself."""
 _OF_FORCES = 0.05
-"""Error of such a size, as a part of it, where the model also lacks something: what makes the form of its forces another
-one is the same in all trials. [S] Of 17 sizes of strangers' seven vehicles the error had a root mean square of 0.053."""
+"""Error of such a size, as a part of it, where the model also lacks something: what makes its forces of another form is
+the same in all trials. [S] Of 17 sizes of strangers' seven vehicles the error had a root mean square of 0.053."""
 _ROUNDING = 1e-9
 """Rise of the posterior variance, as a part of it, below which a trial says nothing of an unknown."""
 
