@@ -333,8 +333,7 @@ def check_study(study: Study) -> list[Finding]:
         return gravest_first([*found, model_fault(fault), *steps_in_gaps(study, trials)])
     found += [*stepped_orders(study, trials), *steps_in_gaps(study, trials), *current_rates(study)]
     found += [*input_range(study), *far_sensors(study), *receiver_in_two_places(study)]
-    if not any(one.severity == "error" and one.channel in ("v", "psi", "x", "y") for one in found):
-        found += turned_sway(study)
+    found += turned_sway(study, found)
     return gravest_first(found)
 
 

@@ -8,6 +8,7 @@ import math
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ import numpy as np
 import pytest
 import small_case as small
 
+import seatruth.sample
 from seatruth import Diagnosis, Trial
 from seatruth.diagnosis.pipeline import diagnose
 from seatruth.diagnosis.results import NAME
@@ -217,6 +219,16 @@ def test_look_alikes_are_named_by_what_they_have_in_common(seed: int) -> None:
     assert found.verdict.kind in ("inseparable", "effects"), str(found)
     if seed == 1:
         assert set(found.verdict.members) == {"current", "heading_bias"}
+
+
+def test_a_sway_with_its_sign_turned_round_stands_beside_the_verdict() -> None:
+    sample = seatruth.sample.load("diagnose.toml")
+    turned = [replace(one, outputs={**one.outputs, "v": -one.outputs["v"]}) for one in sample.trials[:2]]
+    found = diagnose(sample.replace(trials=turned), ["current"], validate=False, suggest=False)
+    said = {(one.code, one.channel) for one in found.findings}
+    assert said & {("sway-sign", "v"), ("position-axes", "v")}
+    right = diagnose(sample.replace(trials=sample.trials[:2]), ["current"], validate=False, suggest=False)
+    assert not {one.code for one in right.findings} & {"sway-sign", "position-axes"}
 
 
 def test_a_diagnosis_of_a_boat_with_half_its_speed_says_so() -> None:

@@ -8,6 +8,8 @@ windows' time T. Where all is well, b = 1.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,18 +27,23 @@ _TURNED = -0.5
 _ALIKE = 1e4
 """Condition of the columns from which the trials do not tell them apart. [S]"""
 
+_COMPARED = ("x", "y", "psi", "u", "v")
+
 Complex = NDArray[np.complex128]
 
 
-def turned_sway(problem: EstimationProblem) -> list[Finding]:
+def turned_sway(problem: EstimationProblem, known: Iterable[Finding] = ()) -> list[Finding]:
     """A warning where the sway velocities of all trials together have the sign that positions say is wrong.
 
     Args:
         problem: the study; it tells where the sensors stand.
+        known: what is wrong already; beside an error of one of these channels nothing is said.
     """
+    if any(one.severity == "error" and one.channel in _COMPARED for one in known):
+        return []
     places = sensor_places(problem)
     antenna, log = (complex(*places.get(name, ORIGIN)[:2]) for name in ("x", "v"))
-    trials = [trial for trial in problem.trials if has_channels(trial, "x", "y", "psi", "u", "v")]
+    trials = [trial for trial in problem.trials if has_channels(trial, *_COMPARED)]
     parts = [part for trial in trials if (part := _displacements(trial, antenna - log)) is not None]
     if not parts:
         return []

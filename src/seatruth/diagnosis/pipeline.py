@@ -14,6 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from seatruth.analysis import failed_runs
 from seatruth.costs.stepped_orders import without_stale_notes
+from seatruth.costs.sway_signs import turned_sway
 from seatruth.diagnosis.assembly import Assembly
 from seatruth.diagnosis.few_runs import expected_evaluations
 from seatruth.diagnosis.hypotheses import Search
@@ -112,8 +113,10 @@ def diagnose(
     # One thread for linear algebra: its matrices are small, and more would change the last digits of the result.
     with threadpool_limits(limits=1, user_api="blas"):
         problem = Problem(study, chosen, settings, threads=threads, evaluations=evaluations)
+        of_trials = without_stale_notes(check_trials(study.trials, study.model), study, study.trials)
         findings = [
-            *without_stale_notes(check_trials(study.trials, study.model), study, study.trials),
+            *of_trials,
+            *turned_sway(study, of_trials),
             *turned_round(study, threads),
             *weaknesses(study, problem),
         ]
