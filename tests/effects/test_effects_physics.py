@@ -160,6 +160,21 @@ def test_an_asymmetry_to_the_side_goes_with_the_speed_squared(u: float) -> None:
         assert on[rate] - off[rate] == pytest.approx(u * u * unit, rel=1e-9, abs=1e-15)
 
 
+def test_drag_on_one_side_turns_to_that_side_ahead_and_to_the_other_astern() -> None:
+    """By the moment of its share of the drag, half the breadth to starboard."""
+    for u in (2.0, 1.0, 0.0, -1.0):
+        off, on = (rates("mmg", {"u": u}, REST, side_drag_k=k) for k in (0.0, 0.1))
+        slower = rates("mmg", {"u": u}, REST, drag_increase_k=0.1)
+        turned = on["r"] - off["r"]
+        assert np.sign(turned) == np.sign(u)
+        assert on["u"] == pytest.approx(off["u"])
+        usual = rates("mmg", {"u": 1.0}, REST, side_drag_k=0.1)["r"] - rates("mmg", {"u": 1.0}, REST)["r"]
+        drag = (slower["u"] - off["u"]) / (
+            rates("mmg", {"u": 1.0}, REST, drag_increase_k=0.1)["u"] - rates("mmg", {"u": 1.0}, REST)["u"]
+        )
+        assert turned == pytest.approx(usual * drag, rel=1e-9, abs=1e-15)
+
+
 def test_forces_of_the_propeller_need_a_driven_thrust_and_no_name() -> None:
     known = available()
     state, full = {"u": 2.0}, {"throttle": 1.0}

@@ -304,6 +304,33 @@ class LateralAsymmetry(Effect):
         return e._replace(Y=e.Y + unit * q.force, N=e.N + unit * d.length * q.moment)
 
 
+class SideDrag(Effect):
+    """More drag on one side than on the other: a payload, weed, one hull of a catamaran that is fouled.
+
+    The drag itself is what a coefficient or `drag_increase` stands for; this is what it turns. It turns a vehicle that
+    goes astern to the other side, as `lateral_asymmetry` does not.
+    """
+
+    name = "side_drag"
+    title = "drag on one side"
+    cause = "hydrodynamics.asymmetry"
+    number = 28
+    equation = "N = k D B / 2, D the drag in straight motion, B the breadth"
+    source = "[S] chosen here: a tenth of the drag, half the breadth to one side"
+    acts_on = ("yaw",)
+    equivalent = ("N_0",)
+    confused_with = ("lateral_asymmetry", "rudder_offset", "thrust_misalignment", "thruster_gain", "propeller_walk")
+    distinguished_by = "goes with the speed whatever the propellers do; astern, of an asymmetry, by its sign"
+    needs_states = ("u", "r")
+    needs_vehicle = ("dimensions", "drag")
+    parameters = (Parameter("k", 0.1, "1", -5.0, 5.0, source="[S] chosen here", description="to starboard"),)
+    null: Mapping[str, float] = {"k": 0.0}
+
+    @staticmethod
+    def force(e: Any, s: Any, i: Any, p: Any, q: Any, d: Any) -> Any:
+        return e._replace(N=e.N + q.k * d.drag * 0.5 * d.breadth)
+
+
 class Tether(Effect):
     """A cable or tow at the stern drags against the motion there."""
 
