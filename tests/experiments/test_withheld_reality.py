@@ -241,8 +241,8 @@ def test_names_are_the_library_s(name: str) -> None:
     uncovered = {e for e, effect in effects.items() if not effect.missing(model) and not effect.each_trial}
     uncovered -= {*NAMES[name].values(), *CHANGING}
     # A depth bias is the first state's, and the drag's curve a form of the model, as `steep_resistance` is. In turns to
-    # one side `one_sided_fouling` shows. A depth is late by its cell's lag. In no reality a gyro reads too much, or drag
-    # sits on one side: they can only be named falsely.
+    # one side `one_sided_fouling` shows. A depth is late by its cell's lag. In no reality a gyro reads too much, and in
+    # none drag sits on one side: they can only be named falsely.
     others = {
         "depth_bias",
         "depth_delay",

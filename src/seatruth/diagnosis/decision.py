@@ -34,10 +34,10 @@ _MOST = 0.75
 """Part of what all effects explain from which those that are left count as the cause of the gap all the same. [S]"""
 _MOST_APART = 3
 """Effects of different families that are named as one cause. [S] A longer list says that nothing is known."""
-_MOST_ALIKE = 5
+_MOST_ALIKE = 6
 """The same where each of them shows in these trials what the first one does. [S] A steady push to one side is a bank's,
-a rudder's that stands off, a thruster's that points aside, a propeller's, or a hull's: naming all five says what to
-look at."""
+a rudder's that stands off, a thruster's that points aside, a propeller's, a hull's, or that of a drag on one side:
+naming all six says what to look at."""
 SURELY = 0.05
 """Probability that nothing acts up to which it is said that something does. [S] As bounds of one side are."""
 _ROUNDS = 3
