@@ -157,6 +157,24 @@ def test_what_acts_on_the_vehicle_does_not_heat_an_error_of_a_sensor_beside_it_a
     assert counts([True] * 4, set()) == pytest.approx(found)
 
 
+def test_no_set_is_behind_one_that_explains_less_and_stands_beside_a_sensor() -> None:
+    """A torpedo whose rate of turn and pitch came late: the planes' dead time with an arm of the log was certain."""
+    late, arm = ("pitch_delay", "rate_delay"), ("log_lever_arm_vertical", "plane_delay")
+    keys = [(), ("plane_delay",), ("rate_delay",), arm, late, late]
+    evidence = np.array([0.0, 350.0, 213.0, 443.6, 509.5, 513.0])
+    found, forces = evidence / 28.0, [True, True, True, True, True, False]
+    sensors = {"pitch_delay", "rate_delay", "log_lever_arm_vertical"}
+    raised = errors_beside_forces(found, evidence, keys, forces, sensors, 5.67, 1.0, 0.053)
+    assert raised[3] > found[3]
+    heat = 1.0 + 0.053 * 513.0
+    assert raised[5] == pytest.approx(raised[3] + (513.0 - 443.6 - 5.67) / heat)
+    assert raised[4] == pytest.approx(raised[3] + (509.5 - 443.6 - 5.67) / heat)
+    # What is ahead by no more than a wrong form that forces do not show is no reason.
+    evidence[4:] = 446.0
+    near = errors_beside_forces(evidence / 28.0, evidence, keys, forces, sensors, 5.67, 1.0, 0.053)
+    assert near[5] == pytest.approx(446.0 / 28.0)
+
+
 def test_a_current_does_not_heat_what_turns_with_the_vehicle_beside_it_and_forces() -> None:
     """Of a ship in a current of 0.4 m/s, a rudder 1.6 deg off explained 196 nats more, and had less than even odds."""
     keys = [("current",), ("current", "rudder_offset"), ("current", "cross_flow"), ("rudder_offset", "wind"), ("wind",)]
