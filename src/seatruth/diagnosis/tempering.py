@@ -264,12 +264,12 @@ def errors_beside_forces(
             counts = max(0.0, gain - unseen) / (temperature + model_form * max(0.0, gain))
             raised[place] = max(raised[place], raised[rest] + counts)
     above = raised > found
-    counts = np.array([len(key) for key in keys], dtype=np.intp)
-    alone = evidence[counts == 0]
+    many = np.array([len(key) for key in keys], dtype=np.intp)
+    alone = evidence[many == 0]
     lowest = float(alone.max() if alone.size else evidence.min())
     heat = temperature + model_form * max(0.0, float(evidence.max()) - lowest)
-    for number in np.unique(counts[above]):
-        rows, less = np.flatnonzero(counts == number), np.flatnonzero((counts == number) & above)
+    for number in np.unique(many[above]):
+        rows, less = np.flatnonzero(many == number), np.flatnonzero((many == number) & above)
         ahead = evidence[rows][:, None] - evidence[less][None, :] - unseen
         least = np.where(ahead > 0.0, raised[less][None, :] + ahead / heat, -math.inf)
         raised[rows] = np.maximum(raised[rows], least.max(axis=1))
