@@ -169,6 +169,11 @@ def test_no_set_is_behind_one_that_explains_less_and_stands_beside_a_sensor() ->
     heat = 1.0 + 0.053 * 513.0
     assert raised[5] == pytest.approx(raised[3] + (513.0 - 443.6 - 5.67) / heat)
     assert raised[4] == pytest.approx(raised[3] + (509.5 - 443.6 - 5.67) / heat)
+    # A set with what acts on the vehicle may take the form of the rest, and stays where it is.
+    acting = [*keys[:4], ("plane_delay", "plane_gain"), ("plane_delay", "plane_gain")]
+    assert errors_beside_forces(found, evidence, acting, forces, sensors, 5.67, 1.0, 0.053)[4:] == pytest.approx(
+        found[4:]
+    )
     # What is ahead by no more than a wrong form that forces do not show is no reason.
     evidence[4:] = 446.0
     near = errors_beside_forces(evidence / 28.0, evidence, keys, forces, sensors, 5.67, 1.0, 0.053)

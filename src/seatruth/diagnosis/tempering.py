@@ -265,11 +265,12 @@ def errors_beside_forces(
             raised[place] = max(raised[place], raised[rest] + counts)
     above = raised > found
     many = np.array([len(key) for key in keys], dtype=np.intp)
+    of_sensors = np.array([{*key} <= {*sensors} for key in keys], dtype=np.bool_)
     alone = evidence[many == 0]
     lowest = float(alone.max() if alone.size else evidence.min())
     heat = temperature + model_form * max(0.0, float(evidence.max()) - lowest)
     for number in np.unique(many[above]):
-        rows, less = np.flatnonzero(many == number), np.flatnonzero((many == number) & above)
+        rows, less = (np.flatnonzero((many == number) & of) for of in (of_sensors, above))
         ahead = evidence[rows][:, None] - evidence[less][None, :] - unseen
         least = np.where(ahead > 0.0, raised[less][None, :] + ahead / heat, -math.inf)
         raised[rows] = np.maximum(raised[rows], least.max(axis=1))
