@@ -18,7 +18,7 @@ from seatruth.costs.problem import EstimationProblem
 from seatruth.costs.sensor_places import sensor_places
 from seatruth.models.observed import ORIGIN
 from seatruth.trials.check import limits
-from seatruth.trials.check.helpers import at_all_times, has_channels, integral, windows
+from seatruth.trials.check.helpers import alike, at_all_times, has_channels, integral, windows
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
 
@@ -122,10 +122,6 @@ def _share(moved: Complex, wanted: Complex, beside: Complex) -> tuple[float, flo
     rest = right - scaled @ values
     if rest @ rest > (1.0 - limits.SCALE_AGREEMENT) * float(right @ right):
         return None
-    # Residuals of neighbouring windows are alike: count the independent ones only.
-    half = len(rest) // 2
-    pairs = np.concatenate([rest[: half - 1] * rest[1:half], rest[half:-1] * rest[half + 1 :]])
-    lag = max(float(pairs.sum()) / max(float(rest @ rest), 1e-300), 0.0)
-    variance = float(rest @ rest) / (len(rest) - scaled.shape[1]) * (1.0 + lag) / max(1.0 - lag, 0.05)
+    variance = float(rest @ rest) / (len(rest) - scaled.shape[1]) * alike(rest)
     error = np.sqrt(variance * np.linalg.inv(scaled.T @ scaled)[0, 0]) / scale[0]
     return float(values[0] / scale[0]), float(error)

@@ -11,6 +11,7 @@ from seatruth.arrays import Array
 from seatruth.trials.check import limits
 from seatruth.trials.check.helpers import (
     KNOWN_SCALES,
+    alike,
     at_all_times,
     has_channels,
     integral,
@@ -119,9 +120,7 @@ def _sizes(dives: Sequence[_Dive]) -> Iterator[Finding]:
     rest = change - scaled @ values
     if rest @ rest > (1.0 - limits.SCALE_AGREEMENT) * float(change @ change):
         return
-    # Residuals of neighbouring windows are alike: count the independent ones only.
-    lag = max(float(rest[:-1] @ rest[1:]) / max(float(rest @ rest), 1e-300), 0.0)
-    variance = float(rest @ rest) / max(change.size - columns.shape[1], 1) * (1.0 + lag) / max(1.0 - lag, 0.05)
+    variance = float(rest @ rest) / max(change.size - columns.shape[1], 1) * alike(rest)
     errors = np.sqrt(variance * np.diag(np.linalg.inv(scaled.T @ scaled))) / scale
     ahead, down, _ = (float(value) for value in values / scale)
     if ahead > 0.0 and abs(np.log(ahead)) > limits.DEPTH_OFF and abs(ahead - 1.0) > limits.SIGNIFICANT * errors[0]:

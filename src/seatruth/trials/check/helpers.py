@@ -23,6 +23,8 @@ from seatruth.trials.trial import Trial
 
 _NORMAL_QUARTILE = 0.6745
 """Median size of a normal number over its standard deviation."""
+_MOST_ALIKE = 0.95
+"""[S] Correlation of neighbouring windows above which too few of them are left to tell it."""
 KNOWN_SCALES = ((1852.0 / 3600.0, "kn"), (1.0 / 3.6, "km/h"), (0.01, "cm/s"), (0.001, "mm/s"))
 """m/s in a unit of speed, and its name."""
 
@@ -234,6 +236,16 @@ def windows(t: Array, inside: Sequence[Array], at_ends: Sequence[Array] = ()) ->
         return None
     first, last = first[whole], last[whole]
     return Windows(first, last, t[last] - t[first])
+
+
+def alike(left: Array) -> float:
+    """Factor on a variance where what is left of one window is like that of the next, as of a gyro that wanders.
+
+    That of a mean of a first-order series (Bartlett 1946): 1 for noise that forgets itself from window to window.
+    """
+    whole = float(left @ left)
+    rho = min(max(float(left[:-1] @ left[1:]) / whole, 0.0), _MOST_ALIKE) if whole > 0.0 else 0.0
+    return (1.0 + rho) / (1.0 - rho)
 
 
 def white_noise(bends: Array) -> float:

@@ -11,6 +11,7 @@ from seatruth.arrays import Array
 from seatruth.trials.check import limits
 from seatruth.trials.check.clocks import Lag, clock_lag
 from seatruth.trials.check.helpers import (
+    alike,
     at_all_times,
     has_channels,
     integral,
@@ -30,10 +31,6 @@ _NEARLY = 4 * limits.KNOWN_SCALE
 _TIMES = 0.3
 """Part of a thousand by which a factor may miss it. [S] No rate has another unit near it, and samples a thousand times
 too far apart bring the noise of the angle into every window."""
-
-
-_MOST_ALIKE = 0.95
-"""[S] Correlation of neighbouring windows above which too few of them are left to tell it."""
 
 
 def check_rates(trial: Trial) -> Iterator[Finding]:
@@ -166,22 +163,12 @@ def _angle_against_rate(trial: Trial, angle: str, rate: str) -> Iterator[Finding
     yield from _offset(trial, angle, rate, change, expected, seconds)
 
 
-def _alike(left: Array) -> float:
-    """Factor on a variance where what is left of one window is like that of the next, as of a gyro that wanders.
-
-    That of a mean of a first-order series (Bartlett 1946): 1 for noise that forgets itself from window to window.
-    """
-    whole = float(left @ left)
-    rho = min(max(float(left[:-1] @ left[1:]) / whole, 0.0), _MOST_ALIKE) if whole > 0.0 else 0.0
-    return (1.0 + rho) / (1.0 - rho)
-
-
 def _with_constant(change: Array, expected: Array, seconds: Array) -> tuple[float, float, float]:
     """Factor on the expected changes of an angle over windows (w,), a constant rate beside it, and that one's error."""
     A = np.stack([expected, seconds], axis=1)
     fitted, *_ = np.linalg.lstsq(A, change, rcond=None)
     left = change - A @ fitted
-    variance = float(left @ left) / max(change.size - 2, 1) * np.linalg.pinv(A.T @ A)[1, 1] * _alike(left)
+    variance = float(left @ left) / max(change.size - 2, 1) * np.linalg.pinv(A.T @ A)[1, 1] * alike(left)
     return float(fitted[0]), float(fitted[1]), math.sqrt(variance)
 
 
