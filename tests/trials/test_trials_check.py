@@ -115,43 +115,6 @@ def test_fault_is_found(fault: str, code: str, channel: str, changes: dict[str, 
     assert hits[0].do
 
 
-def test_a_quiet_run_beside_others_that_steer_is_only_noted() -> None:
-    quiet = replace(altered(GOOD, {"delta": lambda a: a * 0.01}), name="straight")
-    (alone,) = (one for one in check_trials([quiet]) if one.code == "input-small")
-    (beside,) = (one for one in check_trials([quiet, GOOD]) if one.code == "input-small")
-    assert (alone.severity, beside.severity) == ("warning", "note")
-    assert ("unit" in alone.do, "unit" in beside.do) == (True, False)
-
-
-def test_a_jump_over_a_small_range_of_one_run_is_none_beside_the_others() -> None:
-    """A rudder of 30 deg/s, measured every 0.2 s, crosses 6 of the 10 deg of a run with small angles."""
-    small = replace(altered(GOOD, {"delta": lambda a: 0.08 * np.sign(a)}), name="small")
-    wide = altered(GOOD, {"delta": lambda a: 0.6 * np.sin(np.linspace(0.0, 20.0, len(a)))})
-    assert "input-jumps" in codes(check_trials([small]))
-    assert "input-jumps" not in codes(check_trials([small, wide]))
-
-
-@pytest.mark.parametrize(("noise", "stuck"), [(0.0, False), (0.002, True)])
-def test_a_sway_that_stands_still_in_a_turn_without_noise_is_no_stuck_sensor(noise: float, stuck: bool) -> None:
-    """A simulator's steady turn, rounded as it writes it: the rate of turn stands still as well."""
-    t = np.arange(0.0, 120.0, 0.2)
-    rng = np.random.default_rng(0)
-    r = np.round(0.1 * (1.0 - np.exp(-t / 3.0)) + noise * rng.standard_normal(len(t)), 4)
-    v = np.round(-0.05 + 0.4 * np.exp(-t / 3.0), 3)
-    psi = np.concatenate([[0.0], np.cumsum(0.5 * (r[1:] + r[:-1]) * 0.2)])
-    run = Trial("turn", t, {"delta": np.full_like(t, 0.2)}, {"psi": psi, "r": r, "v": v}, synthetic=True)
-    assert ("stuck" in codes(check_trials([run]))) == stuck
-
-
-def test_the_noise_of_a_rudder_at_rest_is_no_command() -> None:
-    """Rounded to 0.1 deg, it crosses more than a third of its range in every other sample."""
-    rng = np.random.default_rng(2)
-    for sd in (0.1, 0.2):
-        still = np.round(sd * rng.standard_normal(len(GOOD)), 1) / DEG
-        found = codes(check_trials([altered(GOOD, {"delta": lambda a, still=still: still})]))
-        assert "input-jumps" not in found
-
-
 def test_an_angle_that_turns_the_long_way_is_named_with_its_time() -> None:
     """A pod goes on from 161.6 to 195 deg, which its record calls -165; the step `unwrap` puts it right."""
     tug = SimpleNamespace(inputs=(Channel("az", "rad"), Channel("n", "rev/s")), outputs=())
