@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from typing import Any
 
@@ -15,6 +16,8 @@ from seatruth.optimizers import from_callable, make
 from seatruth.study import Study, formula_study
 
 TRUTH = {"a": 2.0, "b": -0.5}
+
+DOZE_S = "SEATRUTH_TEST_DOZE_S"  # the variable that says how long `doze` sleeps, for a process to be killed meanwhile
 
 
 def line() -> Study:
@@ -66,7 +69,7 @@ def numbers(results: Any) -> pd.DataFrame:
 
 def doze(problem: Any, rng: np.random.Generator) -> str:
     problem.values(problem.sample(rng, 20))
-    time.sleep(0.05)
+    time.sleep(float(os.environ.get(DOZE_S, "0.05")))
     return "it dozed off"
 
 

@@ -187,10 +187,10 @@ compare(slow(), {out!r}, workers=2)
 
 
 def test_killed_at_any_moment_it_goes_on_and_ends_with_the_same(tmp_path: Path) -> None:
-    from small_comparison import slow
+    from small_comparison import DOZE_S, slow
 
     code = SCRIPT.format(here=str(HERE), above=str(HERE.parent), out=str(tmp_path / "killed"))
-    process = subprocess.Popen([sys.executable, "-c", code])
+    process = subprocess.Popen([sys.executable, "-c", code], env=os.environ | {DOZE_S: "0.5"})
     store = tmp_path / "killed" / STORE
     deadline = time.monotonic() + 60
     few = len(slow().references) + 4  # rows of references come first, and are no runs
