@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib.resources import as_file, files
 from pathlib import Path
 
 import pytest
@@ -36,7 +37,7 @@ def test_the_preview_says_at_which_noise_its_errors_hold(
     shown = " ".join(capsys.readouterr().out.split())
     assert said in shown
     assert "A best std. error is a bound" in shown
-    assert " effects; --json lists them." in shown
+    assert " effects; --effects lists them." in shown
     assert "Effects that it cannot try, and why: - " in shown
     assert "the model's rhs takes no environment e" in shown
 
@@ -73,9 +74,18 @@ def test_one_drop_out_of_a_receiver_is_said_once_for_all_that_it_gives(capsys: p
 
     findings = [gap(channel, "turn", 5.0) for channel in ("x", "y", "sog")]
     findings += [gap(channel, "run", 7.0) for channel in ("x", "y", "sog")] + [gap("r", "turn", 9.0)]
-    check._show(findings)
+    check._show(findings, "nothing found")
     shown = " ".join(capsys.readouterr().out.split())
     assert shown.count("[output-gap]") == 2
     assert "turn.csv, lines 3-9, channels 'x', 'y' and 'sog': No valid sample from t = 2 to 5 s." in shown
     assert "[output-gap] Also in 'run'." in shown
     assert "channel 'r': No valid sample from t = 2 to 9 s." in shown
+
+
+def test_the_effects_of_a_diagnosis_are_listed_where_they_are_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+    with as_file(files("seatruth") / "sample") as folder:
+        assert call("check", str(folder / "diagnose.toml"), "--effects") == 0
+        shown = capsys.readouterr().out
+        assert " effects:" in shown
+        assert "heading_bias" in shown
+        assert "rudder zero offset" in shown

@@ -8,11 +8,13 @@ import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
 from seatruth import BadInput, PluginError, cli, read_trial
 from seatruth.codes import codes
+from seatruth.diagnosis.verdict import Kind as VerdictKind
 from seatruth.errors import code_of_module
 from seatruth.storage.atomic import CannotWrite, DiskFull, write_file
 from seatruth.trials.finding import Finding
@@ -155,6 +157,14 @@ def test_explain_prints_a_code_and_refuses_an_unknown_one(capsys: pytest.Capture
     assert "Remove them with 'hampel'" in shown
     assert cli.run(["explain", "outlier"]) == 2
     assert "Did you mean 'outliers'?" in capsys.readouterr().err
+
+
+def test_explain_tells_kinds_of_verdicts_and_guesses_nothing_far(capsys: pytest.CaptureFixture[str]) -> None:
+    for kind in get_args(VerdictKind):
+        assert cli.run(["explain", kind]) == 0
+        assert f"{kind} (verdict)" in capsys.readouterr().out
+    assert cli.run(["explain", "psi"]) == 2
+    assert "Did you mean" not in capsys.readouterr().err
 
 
 def test_explain_prints_an_effect_by_its_name(capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,6 +13,7 @@ from seatruth.arrays import Array
 from seatruth.costs.current_rates import current_rates
 from seatruth.costs.input_range import input_range
 from seatruth.costs.options import TrajectoryOptions
+from seatruth.costs.outside_forces import outside_forces
 from seatruth.costs.sensor_places import far_sensors, receiver_in_two_places
 from seatruth.costs.stepped_orders import stepped_orders, steps_in_gaps, without_stale_notes
 from seatruth.costs.study_cost import StudyCost
@@ -332,7 +333,7 @@ def check_study(study: Study) -> list[Finding]:
     if fault is not None:
         return gravest_first([*found, model_fault(fault), *steps_in_gaps(study, trials)])
     found += [*stepped_orders(study, trials), *steps_in_gaps(study, trials), *current_rates(study)]
-    found += [*input_range(study), *far_sensors(study), *receiver_in_two_places(study)]
+    found += [*outside_forces(study), *input_range(study), *far_sensors(study), *receiver_in_two_places(study)]
     found += turned_sway(study, found)
     return gravest_first(found)
 

@@ -112,10 +112,13 @@ def code_of_module(module: str) -> str:
     return module.removeprefix("seatruth.").replace(".", "-").replace("_", "-")
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
-    """A sentence that names the known word nearest to a misspelt one, and the others if they are few."""
+def nearest(name: str, known: Iterable[str], *, likeness: float = 0.5) -> str:
+    """A sentence that names the known word nearest to a misspelt one, and the others if they are few.
+
+    `likeness`, 0 to 1, is how near it must be: more where there are so many words that some are near to any.
+    """
     options = sorted(known)
-    close = difflib.get_close_matches(name, options, n=1, cutoff=0.5)
+    close = difflib.get_close_matches(name, options, n=1, cutoff=likeness)
     hint = f"Did you mean {close[0]!r}?" if close else ""
     listing = f"Known: {', '.join(options)}." if options and len(options) <= 40 else ""
     return f"{hint} {listing}".strip()

@@ -72,8 +72,28 @@ def test_masses_added_masses_and_gravity_stay_and_it_is_said_why() -> None:
 
     lines = parameter_lines(Own(), own=True)
     place = lines.index('vary = ["X_u", "Y_v", "N_r", "Y_d", "M_q"]')
-    assert "no scale, drawing or data sheet gives" in lines[place - 1]
+    assert "no scale, drawing or data sheet gives" in lines[place - 2]
 
 
 def test_no_reason_is_given_where_the_model_frees_its_own() -> None:
     assert not any("no scale" in line for line in parameter_lines(load_model("mmg"), own=False))
+
+
+def test_an_added_mass_that_is_guessed_is_free_and_a_coefficient_of_a_sheet_is_not() -> None:
+    class Guessed(Few):
+        parameters = (
+            Few.parameters[0].replace(source="guess"),
+            Parameter("Y_dv", 4.0, "kg", min=0.0, max=9.0, source="sister boat, scaled"),
+            Parameter("N_dr", 4.0, "kg m2", min=0.0, max=9.0, source="strip theory"),
+            Parameter("X_u", -340.0, "kg/s", min=-1500.0, max=0.0, source="data sheet, estimated"),
+            Parameter("k_0", 0.5, "1", min=0.3, max=0.7, source="propeller sheet"),
+        )
+
+    assert 'vary = ["Y_dv", "X_u"]' in parameter_lines(Guessed(), own=True)
+
+
+def test_of_a_model_with_one_source_for_everything_the_forces_are_free() -> None:
+    class Sheet(Few):
+        parameters = tuple(p.replace(source="data sheet", prior=None) for p in Few.parameters)
+
+    assert 'vary = ["X_u", "Y_v", "N_r"]' in parameter_lines(Sheet(), own=True)

@@ -310,6 +310,9 @@ def test_current_and_lever_arm_are_measured() -> None:
     note = next(f for f in check_trials([apart]) if f.code == "lever-arm")
     assert "2 m forward and 0.5 m to starboard" in note.message
     assert not {"drift", "lever-arm"} & codes(check_trials([zigzag(amplitude=0.5)]))
+    # The point of a ship that does not slide in turns lies ahead: without v it would be taken for an antenna.
+    without = replace(apart, outputs={name: values for name, values in apart.outputs.items() if name != "v"})
+    assert "lever-arm" not in codes(check_trials([without]))
 
 
 def test_time_axis() -> None:

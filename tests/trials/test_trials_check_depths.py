@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from known_motion import Array, altered
+from scipy.signal import lfilter
 
 from seatruth.trials import Trial, check_trials
 
@@ -53,6 +54,17 @@ def test_a_wrong_unit_is_named(channel: str, fault: Callable[[Array], Array], sa
 
 def test_a_calibration_is_left_to_the_fit() -> None:
     assert found(altered(diving(), {"u": lambda a: 1.05 * a})) == []
+
+
+def test_a_heave_velocity_that_is_turned_round_is_found_in_its_own_noise() -> None:
+    # A slow error of the log, of 8 s, adds up to as much as the heave itself: the depth follows half of what w says.
+    error = lfilter(
+        [0.0644 * np.sqrt(1 - np.exp(-0.025))], [1, -np.exp(-0.0125)], np.random.default_rng(2).normal(size=3000)
+    )
+    assert found(altered(diving(), {"w": lambda a: a + error})) == []
+    ((code, message),) = found(altered(diving(), {"w": lambda a: error - a}))
+    assert code == "heave-sign"
+    assert "changes by -0.4" in message
 
 
 def test_a_heave_velocity_that_is_turned_round_is_found() -> None:

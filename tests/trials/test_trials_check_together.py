@@ -35,6 +35,16 @@ def test_duplicates_and_overlaps() -> None:
     assert "duplicate" not in codes(check_trials([GOOD.section(0, 1500, "a"), GOOD.section(1500, 3000, "b")]))
 
 
+def test_one_column_in_two_channels() -> None:
+    wrong = replace(GOOD, outputs={**GOOD.outputs, "v": GOOD.outputs["u"]})
+    (found,) = [f for f in check_trials([wrong]) if f.code == "same-column"]
+    assert found.message == f"u and v have the same values in all {len(GOOD.t)} samples."
+    turned = replace(GOOD, outputs={**GOOD.outputs, "v": -GOOD.outputs["u"]})
+    assert "same-column" in codes(check_trials([turned]))
+    still = replace(GOOD, outputs={**GOOD.outputs, "v": 0 * GOOD.t, "w": 0 * GOOD.t})
+    assert "same-column" not in codes(check_trials([GOOD, still]))
+
+
 def test_coverage_of_headings_and_speeds() -> None:
     straight = zigzag(amplitude=0.1, period=20)
     found = codes(check_trials([straight]))

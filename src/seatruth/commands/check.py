@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _STYLES = {"error": "bold red", "warning": "yellow", "note": ""}
+_CLEAN = "No fault of times, units, signs or columns is found. Biases of sensors are left to `seatruth diagnose`."
+_CLEAN_TABLE = "No fault of the table is found."
 
 
 def check(
@@ -29,6 +31,7 @@ def check(
         bool,
         typer.Option("--preview/--no-preview", help="Also say what the trials can move, and what can be diagnosed."),
     ] = True,
+    effects: Annotated[bool, typer.Option("--effects", help="Also list the effects that a diagnosis can try.")] = False,
     json_file: JsonFile = None,
 ) -> Result:
     """List the faults of a study and its data."""
@@ -47,12 +50,12 @@ def check(
         findings = check_study(loaded)
         if preview and not any(finding.severity == "error" for finding in findings):
             findings = gravest_first([*findings, *reversed_inputs(loaded)])
-        _show(findings)
+        _show(findings, _CLEAN_TABLE if loaded.cost.kind == "formula" else _CLEAN)
         errors = sum(finding.severity == "error" for finding in findings)
         moved, usable, lacks = None, None, None
         if preview and not errors:
             moved = _preview(loaded)
-            usable, lacks = _effects(loaded)
+            usable, lacks = _effects(loaded, in_full=effects)
         elif preview:
             say("\nThe preview of what the trials can move is left out until the errors are put right.")
         cost = [] if errors else say_cost(loaded, None)
@@ -72,7 +75,7 @@ def check(
     return Result(data, 1 if errors else 0)
 
 
-def _effects(study: Study) -> tuple[list[str], dict[str, list[str]]]:
+def _effects(study: Study, *, in_full: bool) -> tuple[list[str], dict[str, list[str]]]:
     """Effects that a diagnosis can try, and those that it cannot for want of something in the model, by that reason."""
     from seatruth.diagnosis.preconditions import usable_effects
     from seatruth.effects.lacking import lacking
@@ -84,7 +87,9 @@ def _effects(study: Study) -> tuple[list[str], dict[str, list[str]]]:
     except BadInput:  # what keeps all of them is said below
         usable = []
     found = lacking(study.model)
-    say(f"\nA diagnosis of this study can try {len(usable)} effects; --json lists them.")
+    say(f"\nA diagnosis of this study can try {len(usable)} effects{':' if in_full else '; --effects lists them.'}")
+    if in_full:
+        console().print(table(["effect", "title"], [[effect.name, effect.title] for effect in usable]))
     if found:
         say("Effects that it cannot try, and why:")
     for reason, names in found.items():
@@ -96,9 +101,9 @@ def _steps(steps: Sequence[Any]) -> str:
     return ", ".join(step.name for step in steps)
 
 
-def _show(findings: Sequence[Finding]) -> None:
+def _show(findings: Sequence[Finding], clean: str) -> None:
     if not findings:
-        say("\nNothing is wrong with the data.")
+        say(f"\n{clean}")
         return
     counts = {kind: sum(finding.severity == kind for finding in findings) for kind in _STYLES}
     say("\n" + ", ".join(f"{count} {kind}{'s' if count > 1 else ''}" for kind, count in counts.items() if count))
@@ -144,7 +149,9 @@ def _preview(study: Study) -> pd.DataFrame:
     noise = "the stated noise" if all(stated) else "the noise that their misfit shows"
     if any(stated) and not all(stated):
         noise = f"the stated noise, else {noise}"
-    say(f"\nWhat the trials can move, at the start values and {noise}:")
+    priors = sum(parameter.prior is not None for parameter in study.free)
+    known = f", with the priors of {priors} of {len(study.free)} parameters" if priors else ""
+    say(f"\nWhat the trials can move, at the start values and {noise}{known}:")
     rows = [
         [str(name), f"{row['value']:.4g}", f"{row['crlb']:.2g}", str(row["verdict"])] for name, row in frame.iterrows()
     ]
@@ -155,7 +162,7 @@ def _preview(study: Study) -> pd.DataFrame:
         "error adds up over a run, as a moment does in a heading, a real error can be a hundred times larger."
     )
     if missed := missed_angle(misses(study, study.simulate())):
-        say(f"At the start values {missed}: the bounds hold there, and may be far too small where a fit ends.")
+        say(f"At the start values {missed}: the standard errors above hold there, and not where a fit ends.")
     if frame.attrs["reasons"]:
         say("\nWhat these trials do not tell apart:")
         for reason in frame.attrs["reasons"]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from seatruth.costs.problem import EstimationProblem
+from seatruth.costs.usual_motion import usual_motion
 from seatruth.effects.undeclared_actuators import bare
 from seatruth.errors import SeatruthError
 from seatruth.manoeuvres.stepper import Stepper
@@ -21,8 +22,6 @@ from seatruth.trials.finding import Finding
 _AXES = ("u", "v")
 _CURRENT = {"u": 0.2, "v": 0.15}
 """Parts of the speed, ahead and to starboard, that the current which is tried has. Chosen here [S]."""
-_TURN = 0.02
-"""rad/s: the rate of turn that is tried where no record has one."""
 _FORGOTTEN = 0.5
 """Part of a change by turning that is missing, from which it is forgotten: drag in air, which a current does not move,
 is far smaller. Chosen here [S]."""
@@ -38,13 +37,8 @@ def current_rates(problem: EstimationProblem) -> list[Finding]:
     names = [channel.name for channel in model.states]
     if isinstance(model, BlackBox) or not model.takes_current or not {*_AXES, "r"} <= {*names}:
         return []
-    speed, turn = _usual(problem, ("u", "u_w", "sog"), 2.0), _usual(problem, ("r",), _TURN)
-    inputs = {channel.name: 0.0 for channel in model.inputs}
-    for trial in problem.trials[:1]:
-        inputs |= {name: float(np.median(trial.inputs[name])) for name in inputs if name in trial.inputs}
-    known = {parameter.name: parameter.value for parameter in problem.parameters}
-    values = {name: known.get(name, value) for name, value in model.nominal().items()}
-    state = dict.fromkeys(names, 0.0) | {"u": speed, "v": 0.1 * speed, "r": turn}
+    values, state, inputs = usual_motion(problem, model)
+    speed, turn = state["u"], state["r"]
     water = {axis: part * speed for axis, part in _CURRENT.items()}
     change = {"u": turn * water["v"], "v": -turn * water["u"]}
     moving = Environment(u_c=water["u"], v_c=water["v"], du_c=change["u"], dv_c=change["v"])
@@ -70,14 +64,3 @@ def current_rates(problem: EstimationProblem) -> list[Finding]:
             "e.dv_c to that of v (docs/models.md); or leave e out of rhs, and the current is computed for you.",
         )
     ]
-
-
-def _usual(problem: EstimationProblem, names: tuple[str, ...], otherwise: float) -> float:
-    """The size that the first of these channels which a trial has usually reaches; `otherwise` where none has."""
-    for name in names:
-        values = [np.abs(trial.outputs[name]) for trial in problem.trials if name in trial.outputs]
-        whole = np.concatenate(values) if values else np.empty(0)
-        whole = whole[np.isfinite(whole)]
-        if whole.size and float(np.quantile(whole, 0.9)) > 0.0:
-            return float(np.quantile(whole, 0.9))
-    return otherwise

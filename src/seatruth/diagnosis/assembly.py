@@ -337,6 +337,7 @@ class Assembly:
         ranked = sorted(self.problem.effects, key=lambda name: (-self.inclusion[name], name))
         leading = [name for name in ranked if self.search.best((name,)) is not None][:_LEADING]
         base, key, rows = self.search.null.evidence, self.decision.shown, list[EffectResult]()
+        ours = {*self.problem.effects, *self.study.model.nominal()}
         for name in ranked:
             effect = self.problem.effects[name]
             own = self.information.noncentrality(name, key, self._beside)
@@ -361,7 +362,7 @@ class Assembly:
                     typical={q: effect.priors(self.study.model)[q].sd for q in effect.magnitudes},
                     units={q.name: q.unit for q in effect.parameters},
                     confusable={o: v for o, v in sorted(near.items(), key=lambda e: e[1]) if v < _CONFUSED},
-                    equivalent=effect.equivalent,
+                    equivalent=tuple(name for name in effect.equivalent if name in ours),
                     share=self.gap.share(name) if name in key else math.nan,
                     predictive_gain=float(gains.sum()) if len(gains) else math.nan,
                     predictive_gain_lower=lower_bound(gains, self.settings.significance),

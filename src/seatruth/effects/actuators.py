@@ -227,6 +227,7 @@ class PlaneLag(OnPlane, RudderLag):
     name = "plane_lag"
     title = "lag of the stern plane"
     confused_with: tuple[str, ...] = ("plane_delay", "added_mass", "plane_rate_limit")
+    distinguished_by = "phase rises with frequency; a measured plane angle settles it"
 
 
 class PlaneDelay(OnPlane, RudderDelay):

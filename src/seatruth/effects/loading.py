@@ -39,7 +39,6 @@ class LateralOffset(Effect):
     equation = "K = m g y_G cos(theta) cos(phi), N = m g y_G sin(theta)"
     source = "[L] statics; [S] magnitude of the catalogue: 1 to 5 mm, 1 to 3 deg of list"
     acts_on = ("roll", "yaw")
-    equivalent = ("z_G",)
     confused_with = ("propeller_torque",)
     distinguished_by = "a list at rest too: a static test"
     needs_states = ("phi", "p", "theta")
@@ -89,7 +88,7 @@ class Trim(Effect):
     source = "[L] statics; [S] magnitude of the catalogue: 1 to 10 mm"
     kinds = ("auv", "glider")
     acts_on = ("roll", "pitch", "yaw")
-    equivalent = ("x_G", "y_G", "z_B", "x_B", "B", "x_h", "z_h")
+    equivalent = ("x_G", "z_B", "x_B", "B", "x_h", "z_h")
     confused_with = ("plane_offset", "net_weight", "asymmetry")
     distinguished_by = "the plane angle that it needs falls with 1/u^2: two speeds; seen at rest"
     needs_states = ("u", "w", "q", "theta")

@@ -202,6 +202,7 @@ class PitchGyroBias(GyroBias):
     distinguished_by = "a real turn shows in the pitch angle too"
     acts_on = ("sensor:q",)
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"r": ("q",)}
+    parameters = (GyroBias.parameters[0].replace(description="added to q"),)
 
 
 class GyroScale(Effect):

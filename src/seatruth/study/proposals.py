@@ -33,8 +33,12 @@ Damping may have that unit too. A scale and a drawing know masses and sizes, and
 forces, a record shows the ratio of the two alone."""
 _OVER_THE_MASS = re.compile(r"m_[xyz]")
 """Names of added masses over the mass."""
-_ON_PAPER = re.compile(r"\b(data ?sheet|drawing|scales|open[- ]water)\b", re.IGNORECASE)
+_ADDED = re.compile(r"(a_?|lambda_)\d\d|[xyzkmn]_?(d[uvwpqr]|[uvwpqr]_?d(ot)?)", re.IGNORECASE)
+"""Of these, the added masses, which no scale weighs."""
+_ON_PAPER = re.compile(r"\b((data ?)?sheet|drawing|scales|open[- ]water)\b", re.IGNORECASE)
 """Words of a source that knows a parameter better than a record shows it."""
+_GUESSED = re.compile(r"\b(guess(ed)?|assumed|scaled|estimated?|rule of thumb)\b", re.IGNORECASE)
+"""Words of a source that says itself that it does not."""
 
 _OF_A_PART = re.compile(r"m(_?\d|_[a-z]\w*)")
 """Names of the mass of a part, or of a difference of masses, in kg: m_0, m_h, m_disp. Derivatives have a large M."""
@@ -87,8 +91,12 @@ def accelerometers(fields: Mapping[str, NDArray[np.float64]], model: Model) -> d
 
 def is_measured(parameter: Parameter) -> bool:
     """Whether scales, a drawing or a data sheet know a parameter, or everybody: a mass, an inertia, a size, gravity."""
-    if _ON_PAPER.search(parameter.source) or (parameter.unit == "1" and _OVER_THE_MASS.fullmatch(parameter.name)):
-        return True
-    heavy = parameter.unit.startswith("kg") and _OF_A_MASS.fullmatch(parameter.name) is not None
+    guessed = _GUESSED.search(parameter.source) is not None
+    if parameter.unit.startswith("kg") and _OF_A_MASS.fullmatch(parameter.name):
+        return not (guessed and _ADDED.fullmatch(parameter.name))
+    if parameter.unit == "1" and _OVER_THE_MASS.fullmatch(parameter.name):
+        return not guessed
     weighed = parameter.unit == "kg" and _OF_A_PART.fullmatch(parameter.name) is not None
-    return heavy or weighed or parameter.unit in _OF_A_DRAWING or (parameter.name == "g" and parameter.unit in _GRAVITY)
+    if weighed or parameter.unit in _OF_A_DRAWING or (parameter.name == "g" and parameter.unit in _GRAVITY):
+        return True
+    return not guessed and _ON_PAPER.search(parameter.source) is not None

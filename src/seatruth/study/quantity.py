@@ -10,12 +10,15 @@ from seatruth.units import to_si
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 
+_NONE = ("", "1")
+"""Units of numbers without one."""
+
 
 def quantity(value: float | str, unit: str) -> float | None:
     """The number in `unit` that a study file states; None where text is no number with a unit.
 
     Units with another zero (degC) convert by their factor alone: what is stated is a size, not a place on a scale.
-    Raises BadInput for an unknown unit, or one of another dimension.
+    Raises BadInput for an unknown unit, one of another dimension, and text without the unit of a quantity that has one.
 
     Example:
         >>> from seatruth.study.quantity import quantity
@@ -27,7 +30,14 @@ def quantity(value: float | str, unit: str) -> float | None:
     match = _QUANTITY.fullmatch(value)
     if match is None:
         return None
-    return float(match.group(1)) * (to_si(match.group(2), unit).factor if match.group(2) else 1.0)
+    if match.group(2):
+        return float(match.group(1)) * to_si(match.group(2), unit).factor
+    if unit not in _NONE:
+        raise BadInput(
+            f'"{value}" is text without a unit',
+            do=f'Write the unit, as in "{match.group(1)} {unit}", or the number alone, which is in {unit}.',
+        )
+    return float(match.group(1))
 
 
 def number(value: float | str, unit: str) -> float:

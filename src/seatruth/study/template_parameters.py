@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from seatruth.models import FMU, Model, Parameter
 from seatruth.study.proposals import is_measured
@@ -10,7 +11,10 @@ from seatruth.study.template_simulator import free_parameters
 
 _USUAL = ("Y_v", "Y_r", "N_v", "N_r", "Z_w", "Z_q", "M_w", "M_q", "Zw", "Zq", "Mw", "Mq")
 """Linear hull derivatives: what a first fit usually asks for, where a model frees nothing itself."""
-_WHY = "# Free are those with bounds that no scale, drawing or data sheet gives: no mass, added mass, inertia or size."
+_WHY = (
+    "# Free are those with bounds that no scale, drawing or data sheet gives: no mass, inertia or size,",
+    "# and no added mass but one whose source says that it is guessed.",
+)
 _KNOWN = 0.2
 """Standard deviation over the value that a diagnosis takes where a study states none (`diagnosis.settings`)."""
 
@@ -22,12 +26,12 @@ def parameter_lines(model: Model, *, own: bool) -> list[str]:
     # Of a model of one's own, all that no scale or drawing says: an error in what is held looks like a cause.
     unsure = [p.name for p in model.parameters if p.name in bounded and not is_measured(p)]
     usual = declared or [name for name in bounded if name in _USUAL and not own]
-    first = free_parameters(model) if isinstance(model, FMU) else unsure or bounded[:4]
+    first = free_parameters(model) if isinstance(model, FMU) else unsure or _forces(model, bounded) or bounded[:4]
     free = usual or first or [p.name for p in model.parameters[:1]]
     listing = ", ".join(f'"{name}"' for name in free)
     lines = [
         "# Parameters to identify, by name or pattern. `seatruth check` says which of them this log can move.",
-        *([_WHY] if free == unsure and not usual else []),
+        *(_WHY if free == unsure and not usual else ()),
         f"vary = [{listing}]",
         "",
         "[parameters]",
@@ -37,6 +41,11 @@ def parameter_lines(model: Model, *, own: bool) -> list[str]:
     ]
     lines += [f"# {p.name} = {_number(p.value)}{_about(p)}" for p in model.parameters if p.name not in free]
     return [*lines, ""]
+
+
+def _forces(model: Model, bounded: Sequence[str]) -> list[str]:
+    """What is no mass and no size, where sources that name a data sheet for everything leave nothing to free."""
+    return [p.name for p in model.parameters if p.name in bounded and not is_measured(p.replace(source=""))]
 
 
 def _priors(free: list[Parameter]) -> list[str]:

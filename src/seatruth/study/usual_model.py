@@ -65,5 +65,6 @@ def usual_model(log: Log) -> Usual:
 
 
 def _has(inputs: str, *, steered: bool = False) -> str:
-    beside = ". Its motion in the horizontal plane, under the rudder, is left out." if steered else ", and no rudder."
+    left_out = ". Its motion in the horizontal plane, under the rudder, is left out: --model torpedo takes both."
+    beside = left_out if steered else ", and no rudder."
     return f"The log has a pitch, a depth and {inputs}{beside}"

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from seatruth.trials.check.depths import check_depths
-from seatruth.trials.check.duplicates import check_duplicates
+from seatruth.trials.check.duplicates import check_columns, check_duplicates
 from seatruth.trials.check.excitation import beside_others, check_coverage, check_inputs, check_rate, excitation_table
 from seatruth.trials.check.ground_track import check_ground_track
 from seatruth.trials.check.headings import check_headings
@@ -102,6 +102,7 @@ def _of_one(trial: Trial, model: Channels | None) -> Iterator[Finding]:
     if model is not None:
         yield from check_model_channels(trial, model)
     yield from check_missing(trial)
+    yield from check_columns(trial)
     in_time = list(check_time(trial))
     yield from in_time
     if any(finding.code == "time-order" for finding in in_time) or len(trial) < _FEWEST:

@@ -28,6 +28,10 @@ _DEPTHS = ((0.01, "cm"), (0.001, "mm"), (0.3048, "ft"))
 _ALIKE = 1e3
 """Condition of the three columns beyond which they are one: a vehicle that heaves as it pitches tells nothing. [S]"""
 
+_TURNED = -0.25
+"""Times that the depth changes by what w says, below which w has the other sign. [S] A sensor whose noise adds up to
+as much as the heave itself shows 0.5 in place of 1: a quarter leaves room for three times as much."""
+
 
 @dataclass(frozen=True)
 class _Dive:
@@ -125,7 +129,7 @@ def _sizes(dives: Sequence[_Dive]) -> Iterator[Finding]:
     ahead, down, _ = (float(value) for value in values / scale)
     if ahead > 0.0 and abs(np.log(ahead)) > limits.DEPTH_OFF and abs(ahead - 1.0) > limits.SIGNIFICANT * errors[0]:
         yield _scale_finding(first, ahead, float(errors[0]))
-    elif down < -0.5 and down + limits.SIGNIFICANT * errors[1] < 0.0:
+    elif down < _TURNED and down + limits.SIGNIFICANT * errors[1] < 0.0:
         yield make_finding(
             first.trial,
             "warning",

@@ -1,8 +1,9 @@
-"""Trials against each other: the same recording twice."""
+"""The same twice: a recording in two trials, a column in two channels."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import combinations
 
 import numpy as np
 
@@ -30,6 +31,24 @@ def check_duplicates(trials: Sequence[Trial]) -> Iterator[Finding]:
                 f"{common} samples ({100 * part:.0f} % of the shorter) are also in trial {trials[j].name!r}.",
                 "Keep one of them, or cut them so that they do not overlap: the same data counted twice make every "
                 "standard error too small, and a held-out copy predicts nothing.",
+            )
+
+
+def check_columns(trial: Trial) -> Iterator[Finding]:
+    """Two measured channels with the same values throughout, or one with those of the other turned round."""
+    for one, other in combinations(trial.outputs, 2):
+        a, b = trial.channel(one), trial.channel(other)
+        known = np.isfinite(a) & np.isfinite(b)
+        if np.unique(a[known]).size < limits.FEW_SAMPLES or not (np.isfinite(a) == np.isfinite(b)).all():
+            continue
+        if (a[known] == b[known]).all() or (a[known] == -b[known]).all():
+            yield make_finding(
+                trial,
+                "warning",
+                "same-column",
+                f"{one} and {other} have the same values in all {known.sum()} samples.",
+                "Check which column each is read from: one measurement counts twice, and one of the two is wrong.",
+                channel=other,
             )
 
 

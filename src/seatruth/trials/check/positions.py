@@ -275,7 +275,8 @@ def _fine(trial: Trial, w: Windows, motion: _Motion, mismatch: float) -> Iterato
             channel="x",
         )
     turns = np.nanmax(trial.channel("psi")) - np.nanmin(trial.channel("psi")) > limits.ARM_TURN
-    if turns and abs(arm) > max(limits.SIGNIFICANT * arm_error, limits.MIN_ARM):
+    # Without a sway velocity the drift in turns looks like an arm: that of the point which does not slide.
+    if turns and has_channels(trial, "v") and abs(arm) > max(limits.SIGNIFICANT * arm_error, limits.MIN_ARM):
         without = motion.measured - a * motion.expected - drift * motion.seconds
         left = rms(np.abs(without - arm * motion.turned))
         if left**2 < (1.0 - limits.ARM_PART) * rms(np.abs(without)) ** 2:

@@ -185,8 +185,9 @@ def _offset(trial: Trial, angle: str, rate: str, change: Array, expected: Array,
         f"{angle}-{rate}-offset",
         f"{rate} shows {abs(degrees):.2g} deg/s too {'much' if degrees > 0.0 else 'little'} (standard error "
         f"{error:.1g}): its integral leaves {angle} by {np.degrees(whole):.2g} deg over {seconds.sum():.3g} s.",
-        f"Take off what {rate} shows at rest: add {drift:.3g} (rad/s) to the `offset` of its channel. Or leave it to "
-        "`seatruth diagnose`, which has the bias of a rate among its effects.",
+        f"Take off what {rate} shows at rest: add {drift:.3g} (rad/s) to the `offset` of its channel, in [channels] if "
+        "all trials show the same, else in this trial's own `channels`. Or leave it to `seatruth diagnose`, which has "
+        "the bias of a rate, one for all trials, among its effects.",
         channel=rate,
     )
 
