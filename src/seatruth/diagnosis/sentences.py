@@ -320,7 +320,7 @@ def _beyond(causes: Sequence[NamedCause]) -> str:
 
 def _small(causes: Sequence[NamedCause]) -> str:
     small = [cause for cause in causes if cause.small]
-    return f"Significant but of no practical size: {_listed(small)}." if small else ""
+    return f"Significant, but a negligible part of the gap: {_listed(small)}." if small else ""
 
 
 def _lacks(discrepancy: bool) -> str:

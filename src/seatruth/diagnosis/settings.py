@@ -120,6 +120,6 @@ class Settings:
     """Prior standard deviations (`prior_width` times the typical magnitude) beyond which an effect looks like a cause
     but is not said to be it. [S]"""
     small_share: float = 0.05
-    """Part of the gap below which an effect is said to be of no practical size. [S]"""
+    """Part of the gap below which an effect is said to be a negligible part of it. [S]"""
     power: float = 2.8
     """Standard deviations at which an effect is found with power 0.8 in a two-sided test at 0.05: 1.96 + 0.84."""

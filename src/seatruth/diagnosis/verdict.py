@@ -123,7 +123,7 @@ class NamedCause:
     share: float
     """Part of the gap that it closes."""
     small: bool
-    """Significant, but of no practical size."""
+    """Significant, but a negligible part of the gap."""
     implausible: bool
     """Its size is beyond what is believed of the vehicle: it looks like this cause, it need not be it."""
     beyond: str = "size"
@@ -135,7 +135,7 @@ class NamedCause:
 def least_probable(causes: Sequence[NamedCause], otherwise: float) -> float:
     """Probability that all causes of practical size act, of the least probable; `otherwise` where there is none.
 
-    What is said to be of no practical size makes the others no less sure.
+    What is said to be a negligible part of the gap makes the others no less sure.
     """
     return min((cause.probability for cause in causes if not cause.small), default=otherwise)
 

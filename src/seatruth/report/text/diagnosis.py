@@ -152,7 +152,7 @@ def cause_short(diagnosis: Diagnosis, cause: NamedCause) -> str:
 def remark(cause: NamedCause) -> str:
     """What limits a named cause, for a column of a table."""
     parts = ["looks like it"] if cause.implausible else []
-    return ", ".join([*parts, "no practical size"] if cause.small else parts)
+    return ", ".join([*parts, "negligible part of the gap"] if cause.small else parts)
 
 
 def parameters_in_words(effect: EffectResult) -> str:
