@@ -12,12 +12,11 @@ import numpy as np
 import pytest
 import small_case as small
 
-from seatruth.diagnosis import fit as fit_module
 from seatruth.diagnosis.fit import Fit, Stopped, fit, fit_at, without_discrepancy
 from seatruth.diagnosis.pipeline import diagnose
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.settings import Settings
-from seatruth.diagnosis.sizes import Sizes, first_sizes, noise_prior, noise_shapes
+from seatruth.diagnosis.sizes import first_sizes, noise_prior, noise_shapes
 from seatruth.diagnosis.steps import objective
 from seatruth.effects import available, load_effects
 from seatruth.models.parameter import Parameter, Prior
@@ -143,46 +142,6 @@ def test_a_coefficient_that_would_leave_its_bounds_stays_there(ship_folder: Path
     )
     assert found.point.shared[time] == pytest.approx(there.point.shared[time], abs=0.1 * there.stderr(known)[time])
     assert abs(found.point.shared[time] - end.point.shared[time]) > end.stderr(free)[time]
-
-
-@pytest.mark.parametrize(("ahead", "rounds"), [((5.0, 0.0), 2), ((5.0,) * 9, 2), ((0.0,), 1)])
-def test_a_point_is_sought_again_where_new_sizes_leave_much_ahead(
-    problem: Problem, monkeypatch: pytest.MonkeyPatch, ahead: tuple[float, ...], rounds: int
-) -> None:
-    """A fit of a towed model had 35 nats ahead, which one step took; where steps cannot take them, it ends."""
-    good, left = fitted(problem, ("rudder_offset",)), iter(ahead)
-    ends: list[Point] = []
-
-    def final(
-        problem: Problem, effects: Sequence[str], point: Point, sizes: Sizes, *rest: object
-    ) -> tuple[object, ...]:
-        ends.append(point)
-        return sizes, good.evidence, 0.0, next(left)
-
-    monkeypatch.setattr(fit_module, "_final_sizes", final)
-    fit(problem, good.effects, good.point, good.sizes, noise_prior(problem), discrepancy=False)
-    assert len(ends) == rounds
-
-
-def test_promises_that_grow_with_the_sizes_end_a_fit(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of a ferry whose rudder stood off, fits of other effects went on for six rounds, each promising more than before
-    and reaching less; the best point stands."""
-    good = fitted(problem, ("rudder_offset",))
-    rounds = iter([(100.0, 50.0), (180.0, 160.0), (400.0, 0.0)])
-    ends: list[Point] = []
-
-    def final(
-        problem: Problem, effects: Sequence[str], point: Point, sizes: Sizes, *rest: object
-    ) -> tuple[object, ...]:
-        ends.append(point)
-        value, left = next(rounds)
-        return sizes, value, 10.0, left
-
-    monkeypatch.setattr(fit_module, "_final_sizes", final)
-    away = replace(good.point, shared=good.point.shared + 0.1 * np.abs(good.point.shared))
-    found = fit(problem, good.effects, away, good.sizes, noise_prior(problem), discrepancy=False)
-    assert len(ends) == 2
-    assert found.point is ends[0]
 
 
 def test_a_fit_stops_where_it_is_known_to_end(problem: Problem) -> None:

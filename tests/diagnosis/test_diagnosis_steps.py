@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -50,6 +51,39 @@ def test_a_step_falls_by_what_it_says(problem: Problem, sizes: Sizes) -> None:
     assert damping == 0.0
     assert (to.shared >= problem.low).all()
     assert (to.shared <= problem.high).all()
+
+
+class Bent:
+    """A descent along which the model bends `bend` times as much as its derivatives say; 10 nats are promised."""
+
+    def __init__(self, bend: float) -> None:
+        self._bend, self.fall = bend, 10.0 * (2.0 - bend)
+
+    def promised(self, *_: object) -> float:
+        return 10.0
+
+    def simulated(self, part: float) -> bool:
+        fall = 10.0 * (2.0 * part - self._bend * part * part)
+        better = fall > self.fall
+        self.fall = max(fall, self.fall)
+        return better
+
+
+@pytest.mark.parametrize(
+    ("bend", "part"), [(1.6, 1 / 1.6), (1.0, 1.0), (1.1, 1.0), (0.6, 1 / 0.6), (0.2, 2.0), (-0.5, 2.0), (1.9, 1 / 1.9)]
+)
+def test_a_whole_step_goes_on_to_the_lowest_point_of_its_parabola(bend: float, part: float) -> None:
+    nothing: Any = SimpleNamespace(moved=lambda *_: None, point=None, shared=None, local=None)
+    valley: Any = Bent(bend)
+    found = module._to_the_lowest(valley, nothing, nothing, nothing, lambda part: part, 1.0)
+    assert found == pytest.approx(part)
+    assert valley.fall == pytest.approx(10.0 * (2.0 * part - bend * part * part))
+
+
+def test_a_part_of_a_step_stays_what_it_is() -> None:
+    valley: Any = Bent(1.6)
+    nothing: Any = None
+    assert module._to_the_lowest(valley, nothing, nothing, nothing, nothing, 0.5) == 0.5
 
 
 def test_a_step_leads_back_from_where_the_model_diverges(

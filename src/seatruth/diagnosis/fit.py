@@ -198,10 +198,10 @@ def fit(
             point = taken.point
             if stop is not None and stop(point):
                 raise Stopped
-            kept = _kept_promise(problem, at, sizes, likelihood, taken.fall)
-            del at, likelihood  # of the largest arrays, not two at a time
             # Derivatives of another point may lead astray; those of runs that bend hold for tiny steps only.
-            if problem.lent and kept < _KEPT_PROMISE:
+            astray = problem.lent and _kept_promise(problem, at, sizes, likelihood, taken.fall) < _KEPT_PROMISE
+            del at, likelihood  # of the largest arrays, not two at a time
+            if astray:
                 problem.renew()
                 continue
             if taken.fall < settings.settled:
@@ -211,6 +211,8 @@ def fit(
         if not value > rival - settings.hopeless:  # nor where the algebra fails: the likelihood is -inf then
             best = value, point, sizes, settled
             break
+        if left >= LEAST_RISE and problem.few_runs is None:
+            point, value, left = _under_them(problem, effects, point, sizes, known, discrepancy, value, left)
         # New sizes ask for a new point, as long as that brings something. What is only promised is nothing: where runs
         # bend, sizes and promises may grow together without end.
         credited = value - max(left, 0.0)
@@ -257,13 +259,42 @@ def _final_sizes(
     evidence = OfSizes(likelihood, effects, known)
     before = evidence(sizes)
     for number in range(_PROPOSALS):
+        shapes = sizes.shape
         sizes, value = _with_new_shapes(problem, at, likelihood, sizes, effects, known, channels)
         # What is far behind needs no exact sizes; between near rivals a nat counts.
         if number == 0 and not value > rival - problem.settings.hopeless:
             return sizes, value, value - before if math.isfinite(value) else 0.0, 0.0
+        if sizes.shape == shapes:
+            break  # of what is left with the same noise, the same is proposed
     sizes, value = maximise(evidence, sizes, problem.settings, channels=channels, sweeps=_SWEEPS)
     ahead = objective(problem, point, at.errors, sizes, effects, likelihood) - likelihood.least(sizes, effects)
     return sizes, value, value - before, ahead
+
+
+def _under_them(
+    problem: Problem,
+    effects: tuple[str, ...],
+    point: Point,
+    sizes: Sizes,
+    known: NoisePrior,
+    discrepancy: bool,
+    value: float,
+    left: float,
+) -> tuple[Point, float, float]:
+    """Where steps under the final sizes lead, the objective of these there, and what is still ahead (nats).
+
+    Sizes belong to the linear optimum. Where those of forces fall to almost nothing there, the little that the point
+    still holds of them costs hundreds of nats, which no new sizes and one step take away. The point stays, with the
+    value and what is ahead of it, where that comes to more.
+    """
+    there = stepped_under(problem, effects, point, sizes, discrepancy)
+    at = problem.linearize(there, effects, discrepancy=discrepancy)
+    if not np.isfinite(at.errors).all():
+        return point, value, left
+    likelihood = likelihood_at(problem, at, sizes, effects)
+    new = OfSizes(likelihood, effects, known)(sizes)
+    ahead = objective(problem, there, at.errors, sizes, effects, likelihood) - likelihood.least(sizes, effects)
+    return (there, new, ahead) if new - max(ahead, 0.0) > value - left else (point, value, left)
 
 
 def _with_new_shapes(
