@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any
 
+import numpy as np
+import pytest
+
+from seatruth.errors import BadInput
 from seatruth.models.base import Model
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.study import Study
@@ -39,3 +43,24 @@ def test_what_cancels_is_said_though_priors_hold_it() -> None:
     (said,) = found.attrs["reasons"]
     assert "only I_z - N_dr can be seen" in said
     assert "Priors alone hold them" in said
+
+
+class Runaway(Model):
+    """A propeller that drives the vehicle the faster, the faster it is."""
+
+    name = "runaway"
+    states = outputs = (Channel("u", "m/s"),)
+    inputs = (Channel("n", "rev/s"), Channel("delta", "rad"))
+    parameters = (Parameter("k", 1.0, "1", 0.0, 2.0, vary=True),)
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
+        return (p.k * i.n * s.u * s.u,)
+
+
+def test_of_a_model_that_diverges_the_inputs_are_told_as_they_are_read() -> None:
+    t = np.arange(0.0, 20.0)
+    run = Trial("run", t, {"n": 400.0 + t, "delta": 0.1 * np.sign(t - 9.5)}, {"u": 1.0 + 0.0 * t})
+    with pytest.raises(BadInput) as raised:
+        prior_identifiability(Study("fast", Runaway(), Trials([run])))
+    assert "n goes from 400 to 419 rev/s and delta goes from -5.73 to 5.73 deg" in raised.value.message

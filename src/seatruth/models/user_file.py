@@ -54,9 +54,11 @@ def load_object(spec: str, folder: Path, kind: str = "model") -> Any:
     known = _defined(source, path_text, kind)
     if not name:
         raise BadInput(f"{spec!r} names no class", do=f'Write it as "{path_text}:{(known or ["ClassName"])[0]}".')
-    result = getattr(_run(source, path, path_text, kind), name, None)
+    module = _run(source, path, path_text, kind)
+    result = getattr(module, name, None)
     if result is None:
-        raise BadInput(f"{path_text} defines no {name!r}", do=nearest(name, known))
+        classes = [one for one in known if isinstance(getattr(module, one, None), type)]
+        raise BadInput(f"{path_text} defines no {name!r}", do=nearest(name, classes or known))
     return result
 
 

@@ -11,6 +11,7 @@ from seatruth.costs.problem import EstimationProblem
 from seatruth.costs.registry import cost_of
 from seatruth.costs.study_cost import StudyCost
 from seatruth.errors import BadInput
+from seatruth.text import listed
 from seatruth.uncertainty.covariance import covariance
 from seatruth.uncertainty.identifiability import identifiability, strongly_correlated, verdict
 from seatruth.uncertainty.structural_identifiability import unidentifiable_directions
@@ -46,7 +47,8 @@ def prior_identifiability(study: EstimationProblem, threads: int | None = None) 
             where=f"study {study.name!r}",
             do="Start from other values."
             if study.cost.kind == "formula"
-            else "Check units and signs (`seatruth simulate` shows where), or start from other values.",
+            else f"As they are read, {_inputs(study)}: check units and signs (`seatruth simulate` shows where it "
+            "diverges), or start from other values.",
         )
     cost.reweight(x)
     uncertainty = covariance(cost.residuals(x), cost.jacobian(x), cost.residual_blocks, white=True)
@@ -62,6 +64,20 @@ def prior_identifiability(study: EstimationProblem, threads: int | None = None) 
     frame.index.name = "parameter"
     frame.attrs["reasons"] = _reasons(cost, x, set(frame.index[frame["verdict"] == "not identifiable"]))
     return frame
+
+
+def _inputs(study: EstimationProblem) -> str:
+    """The range of each input over all trials, in words, angles in degrees."""
+    ranges = []
+    for channel in study.model.inputs:
+        parts = [trial.inputs[channel.name] for trial in study.trials if channel.name in trial.inputs]
+        values = np.concatenate(parts) if parts else np.empty(0)
+        values = values[np.isfinite(values)]
+        if values.size:
+            scale, unit = (np.degrees(1.0), "deg") if channel.unit == "rad" else (1.0, channel.unit)
+            ends = f"{scale * values.min():.3g} to {scale * values.max():.3g}"
+            ranges.append(f"{channel.name} goes from {ends}{'' if unit == '1' else f' {unit}'}")
+    return listed(ranges)
 
 
 def _reasons(cost: StudyCost, x: Array, lost: set[str]) -> list[str]:
