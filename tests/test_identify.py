@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from known_glide import NOISE, TRUE, Glide, sailed, same, study
+from nomoto_ship import call, write_ship
 
 from seatruth import sample
 from seatruth.commands.identify import _interval, show
@@ -42,6 +43,24 @@ def test_it_finds_what_was_put_in() -> None:
     assert found.covariance.shape == (6, 6)
     assert found.provenance["study_hash"] == study().content_hash
     assert found.values == dict(found.parameters["value"])
+
+
+def test_a_stated_noise_gives_way_to_the_misfit_where_that_is_asked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A diagnosis takes the data sheet's noise, a fit all that the model misses: one study file serves both."""
+    monkeypatch.chdir(tmp_path)
+    write_ship(tmp_path)
+    assert call("init", "zigzag.csv", "--model", "ship.py:Nomoto") == 0
+    file = tmp_path / "zigzag.toml"
+    file.write_text(file.read_text().replace("[noise]\n", '[noise]\nr = "5 deg/s"\n'))
+    noise = []
+    for options in ((), ("--estimate-noise",)):
+        assert call("identify", "zigzag.toml", "--fresh", "-q", "--out", "out", *options) == 0
+        fit = pd.read_parquet(tmp_path / "out" / "fit.parquet").set_index("channel")
+        noise.append(float(fit.loc["r", "noise"]))
+    assert noise[0] == pytest.approx(math.radians(5.0))
+    assert noise[1] < 0.1 * noise[0]
 
 
 @pytest.mark.slow

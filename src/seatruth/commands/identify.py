@@ -58,6 +58,9 @@ def identify(
     cross_validate: Annotated[
         bool, typer.Option("--cross-validate", help="Leave out each trial in turn and predict it.")
     ] = False,
+    estimate_noise: Annotated[
+        bool, typer.Option("--estimate-noise", help="Estimate the noise of each channel, whatever [noise] states.")
+    ] = False,
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Start again instead of continuing an interrupted run.")
     ] = False,
@@ -66,6 +69,8 @@ def identify(
 ) -> Result:
     """Identify a study's parameters and write a report."""
     loaded = load_study(study, quiet=quiet)
+    if estimate_noise:
+        loaded = loaded.replace(noise={})
     patterns = names(profile)
     return run(
         loaded,

@@ -84,7 +84,7 @@ def _finding(one: Coefficient) -> Finding:
         )
         do = (
             "The fit counts each sample of what the model misses as news. Fix it (`vary = false`), and compare what is"
-            " missed then. Where [noise] is stated, leave it out: the noise is then that of the misfit. `seatruth"
-            " diagnose` counts slow errors as such, and its refitted coefficients hold to their priors."
+            " missed then. Where [noise] is stated, give --estimate-noise: the noise is then that of the misfit."
+            " `seatruth diagnose` counts slow errors as such, and its refitted coefficients hold to their priors."
         )
     return Finding("warning", "coefficient-far", text, f"parameter {one.name!r}", do)
