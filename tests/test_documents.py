@@ -17,7 +17,7 @@ from documents import ROOT, blocks, execute, files, install
 from fmu_ships import ship_fmu
 
 from seatruth import identify, load_model, load_study
-from seatruth.costs.sensor_places import receiver_in_two_places
+from seatruth.costs.sensor_places import receiver_in_two_places, sensor_places
 from seatruth.readers import available
 from seatruth.sample import FOLDER, copy_to
 
@@ -135,7 +135,7 @@ class Plane(Model):
 
 def test_the_study_of_an_rov(folder: Path) -> None:
     """The page's tables on rows of 10 Hz, with cells that are empty where a sensor has no sample."""
-    _, study = [block for _, kind, block in blocks("docs/how-to/prepare_a_diagnosis.md") if kind == "toml"]
+    _, study, _ = [block for _, kind, block in blocks("docs/how-to/prepare_a_diagnosis.md") if kind == "toml"]
     (folder / "rov.toml").write_text(
         f'[study]\nname = "rov"\n[model]\nuse = "plane.py:Plane"\nvary = ["d"]\n[time]\ncolumn = "t"\n{study}\n'
         '[[trials]]\nfile = "log.csv"\n'
@@ -154,7 +154,7 @@ def test_the_study_of_an_rov(folder: Path) -> None:
 
 def test_the_study_of_a_ship(folder: Path) -> None:
     """The page's tables on the log of a bridge: the receiver's place holds for its position and its velocity."""
-    study, _ = [block for _, kind, block in blocks("docs/how-to/prepare_a_diagnosis.md") if kind == "toml"]
+    study, _, _ = [block for _, kind, block in blocks("docs/how-to/prepare_a_diagnosis.md") if kind == "toml"]
     (folder / "ship.toml").write_text(
         f'[study]\nname = "ship"\n[model]\nuse = "mmg"\nvary = ["Y_v"]\n[time]\ncolumn = "t"\n{study}\n'
         '[[trials]]\nfile = "log.csv"\n'
@@ -169,6 +169,27 @@ def test_the_study_of_a_ship(folder: Path) -> None:
     assert [channel.name for channel in loaded.model.outputs] == ["x", "y", "psi", "r", "u_w", "v_n", "v_e"]
     assert np.ptp(trial.outputs["x"]) == pytest.approx(1852.0 * 299.0 / 300.0, rel=0.01)
     assert receiver_in_two_places(loaded) == []
+
+
+def test_the_study_of_an_auv(folder: Path) -> None:
+    """The page's tables on a level straight run: orders move both fins, and each sensor has its place."""
+    _, _, study = [block for _, kind, block in blocks("docs/how-to/prepare_a_diagnosis.md") if kind == "toml"]
+    study = study.replace("[channels]\n", "[channels]\ndelta_d = { value = 0.0 }\n")  # no fin of this one rolls it
+    (folder / "auv.toml").write_text(
+        f'[study]\nname = "auv"\n[model]\nuse = "torpedo"\nvary = ["C_x0"]\n[time]\ncolumn = "t"\n{study}\n'
+        '[[trials]]\nfile = "log.csv"\n'
+    )
+    t = np.arange(0.0, 60.0, 0.4)
+    still = ("dvl_v", "dvl_w", "roll", "pitch", "heading", "roll_rate", "pitch_rate", "yaw_rate", "east")
+    log = {"t": t, "rudder_order": 5.0 * np.sign(np.sin(0.2 * t)), "plane_order": 2.0 * np.sign(np.sin(0.1 * t))}
+    log |= {"shaft": 600.0 + 0.0 * t, "dvl_u": 1.5 + 0.0 * t, "north": 1.5 * t, "depth": 10.0 + 0.0 * t}
+    pd.DataFrame({**log, **dict.fromkeys(still, 0.0 * t)}).to_csv(folder / "log.csv", index=False)
+    loaded = load_study("auv.toml")
+    assert {servo.input for servo in loaded.model.servos} == {"delta", "delta_s"}
+    assert loaded.trials[0].inputs["n"] == pytest.approx(10.0)
+    places = sensor_places(loaded)
+    assert places["u"] == pytest.approx((0.4, 0.0, 0.1))
+    assert places["z"] == pytest.approx((0.5, 0.0, 0.0))
 
 
 def test_channels(folder: Path) -> None:

@@ -126,7 +126,7 @@ def test_init_takes_it_and_asks_for_the_rest() -> None:
     text, notes = template("log.csv", Log("log.csv", {"": table}), load_model("mmg"), "mmg")
     assert 'delta = { column = "Steer_deg", unit = "deg" }   # unit from the header; taken by its words' in text
     assert notes[:2] == [
-        "No column was recognised for the input 'n': name it in [channels].",
+        "No column was recognised for the input 'n': name it in [channels], or give it a value, as { value = 0.0 }.",
         "The column 'Throttle_pct' may be meant for 'n', which the model takes in rev/s: that column is not. Where "
         '100 % is 1200 rpm, write n = { column = "Throttle_pct", unit = "rev/s", scale = 0.2 }; or '
         "name another column.",

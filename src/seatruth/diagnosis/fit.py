@@ -47,6 +47,8 @@ _STILL = 4
 """Steps without such a rise after which a point is taken, though it still moves along what decides nothing. [S]"""
 _KEPT_PROMISE = 0.1
 """Part of what derivatives lent from another point promise below which they are computed anew. [S]"""
+_WORTH_IT, _HELD_STEPS = 0.3, 12
+"""Part of its promise that a step under the final sizes must keep for another one, and most of them. [S]"""
 _PROPOSALS = 2
 """Times that the shapes of noise are proposed anew from what is left at the end of a fit. [S]"""
 _SWEEPS = 8
@@ -284,17 +286,25 @@ def _under_them(
     """Where steps under the final sizes lead, the objective of these there, and what is still ahead (nats).
 
     Sizes belong to the linear optimum. Where those of forces fall to almost nothing there, the little that the point
-    still holds of them costs hundreds of nats, which no new sizes and one step take away. The point stays, with the
-    value and what is ahead of it, where that comes to more.
+    still holds of them costs hundreds of nats, which no new sizes and one step take away. It ends where a step keeps
+    too little of its promise. The point stays, with the value and what is ahead of it, where that comes to more.
     """
-    there = stepped_under(problem, effects, point, sizes, discrepancy)
-    at = problem.linearize(there, effects, discrepancy=discrepancy)
-    if not np.isfinite(at.errors).all():
-        return point, value, left
-    likelihood = likelihood_at(problem, at, sizes, effects)
-    new = OfSizes(likelihood, effects, known)(sizes)
-    ahead = objective(problem, there, at.errors, sizes, effects, likelihood) - likelihood.least(sizes, effects)
-    return (there, new, ahead) if new - max(ahead, 0.0) > value - left else (point, value, left)
+    best, there = (point, value, left), point
+    taken: Step | None = None
+    for _ in range(_HELD_STEPS):
+        at = problem.linearize(there, effects, discrepancy=discrepancy)
+        if not np.isfinite(at.errors).all():
+            break
+        likelihood = likelihood_at(problem, at, sizes, effects)
+        ahead = objective(problem, there, at.errors, sizes, effects, likelihood) - likelihood.least(sizes, effects)
+        reached = OfSizes(likelihood, effects, known)(sizes)
+        if reached - max(ahead, 0.0) > best[1] - best[2]:
+            best = there, reached, ahead
+        taken = step(problem, at, sizes, likelihood, taken) if ahead >= LEAST_RISE else None
+        if taken is None or taken.fall < _WORTH_IT * ahead:
+            break
+        there = taken.point
+    return best
 
 
 def _with_new_shapes(

@@ -108,7 +108,10 @@ def template(
     if "t" not in guesses and not clocks:
         notes.append("No time column was recognised: name it in [time].")
     if missing_inputs:
-        notes.append(f"No column was recognised for the input {_list(missing_inputs)}: name it in [channels].")
+        notes.append(
+            f"No column was recognised for the input {_list(missing_inputs)}: name it in [channels], or give it a "
+            "value, as { value = 0.0 }."
+        )
     notes += described.notes(missing_inputs)
     if len(missing_outputs) == len(model.outputs):
         notes.append("No column was recognised for any output of the model: name them in [channels].")
