@@ -47,7 +47,7 @@ _STILL = 4
 """Steps without such a rise after which a point is taken, though it still moves along what decides nothing. [S]"""
 _KEPT_PROMISE = 0.1
 """Part of what derivatives lent from another point promise below which they are computed anew. [S]"""
-_WORTH_IT, _HELD_STEPS = 0.3, 12
+_WORTH_IT, _LAST_STEPS = 0.3, 12
 """Part of its promise that a step under the final sizes must keep for another one, and most of them. [S]"""
 _PROPOSALS = 2
 """Times that the shapes of noise are proposed anew from what is left at the end of a fit. [S]"""
@@ -291,14 +291,14 @@ def _under_them(
     """
     best, there = (point, value, left), point
     taken: Step | None = None
-    for _ in range(_HELD_STEPS):
+    for _ in range(_LAST_STEPS):
         at = problem.linearize(there, effects, discrepancy=discrepancy)
         if not np.isfinite(at.errors).all():
             break
         likelihood = likelihood_at(problem, at, sizes, effects)
         ahead = objective(problem, there, at.errors, sizes, effects, likelihood) - likelihood.least(sizes, effects)
         reached = OfSizes(likelihood, effects, known)(sizes)
-        if reached - max(ahead, 0.0) > best[1] - best[2]:
+        if reached - max(ahead, 0.0) > best[1] - max(best[2], 0.0):
             best = there, reached, ahead
         taken = step(problem, at, sizes, likelihood, taken) if ahead >= LEAST_RISE else None
         if taken is None or taken.fall < _WORTH_IT * ahead:
