@@ -129,6 +129,27 @@ def test_an_error_of_a_speed_that_its_sensor_shows_beside_free_terms_is_named(ha
     assert named or (left.kind, left.small) == ("unknown", ("speed_scale",))
 
 
+@pytest.mark.parametrize(
+    ("p", "size", "rest", "named"),
+    [(0.97, 0.15, 0.9, False), (0.97, 0.15, 0.8, True), (0.97, 0.9, 0.9, True), (0.995, 0.15, 0.9, True)],
+)
+def test_a_doubtful_small_error_of_a_sensor_beside_another_cause_must_close_something(
+    p: float, size: float, rest: float, named: bool
+) -> None:
+    """A gyro scaled by 0.5 %, at 97 %, beside the antenna of a tanker in a basin, which closes the gap alone."""
+    entries = (("gyro_scale", "position_lever_arm"), p, True), (("position_lever_arm",), 1.0 - p, True)
+    said, found = decided(*entries), hypotheses(*entries)
+    folds = (Fold("zigzag", said.shown, 3.0, 3.0, 3.0, 3.0, 3.0, 0.1, 5.0),)
+    known = {
+        said.shown: Validation(folds, 0.91, 0.8, 1.0, 0.8),
+        ("position_lever_arm",): Validation(folds, rest, 0.7, 1.0, 0.8),
+    }
+    gap = Measured(0.3, {"gyro_scale": size, "position_lever_arm": 1.0})
+    left = without_negligible(said, found, EFFECTS, known.__getitem__, gap, SETTINGS)
+    assert (left == said) == named
+    assert named or (left.shown, left.small) == (("position_lever_arm",), ("gyro_scale",))
+
+
 def test_a_rate_limit_within_the_clock_of_the_record_is_next_to_nothing() -> None:
     """28 deg/s of rudders that moved by 30 made them late by 0.16 sampling steps."""
     entries = (("rudder_rate_limit",), 0.999, True), ((), 0.001)
