@@ -55,10 +55,12 @@ class Backwards(Ship):
         return Ship.rhs(s, i, p, e._replace(N=-e.N))
 
 
-class Closed(Ship):
-    """... on whom nothing acts from outside, as its equations say."""
+class Closed(Model):
+    """One on which nothing acts from outside, as its equations say."""
 
     name = "closed"
+    states = outputs = Ship.states
+    inputs, parameters = Ship.inputs, Ship.parameters
 
     @staticmethod
     def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
