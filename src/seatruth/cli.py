@@ -36,7 +36,7 @@ COMMANDS = {
     "compare": ("compare", "Compare solvers on problems under noise."),
     "simulate": ("simulate", "Simulate the model against the trials, without a fit."),
     "list": ("list_installed", "List what is installed, plug-ins included."),
-    "explain": ("explain", "Say what an error, a finding or an effect means, and what to do."),
+    "explain": ("explain", "Say what an error, a finding, an effect or a kind of verdict means, and what to do."),
     "demo": ("demo", "Identify and diagnose synthetic example trials."),
 }
 """Commands by name: the module of `seatruth.commands` that holds a function of the same name, and what it does."""

@@ -261,13 +261,10 @@ def _final_sizes(
     evidence = OfSizes(likelihood, effects, known)
     before = evidence(sizes)
     for number in range(_PROPOSALS):
-        shapes = sizes.shape
         sizes, value = _with_new_shapes(problem, at, likelihood, sizes, effects, known, channels)
         # What is far behind needs no exact sizes; between near rivals a nat counts.
         if number == 0 and not value > rival - problem.settings.hopeless:
             return sizes, value, value - before if math.isfinite(value) else 0.0, 0.0
-        if sizes.shape == shapes:
-            break  # of what is left with the same noise, the same is proposed
     sizes, value = maximise(evidence, sizes, problem.settings, channels=channels, sweeps=_SWEEPS)
     ahead = objective(problem, point, at.errors, sizes, effects, likelihood) - likelihood.least(sizes, effects)
     return sizes, value, value - before, ahead
