@@ -134,3 +134,20 @@ def test_winds_that_point_anywhere_are_asked_for_without_a_common_one(blows: boo
     at = fit(problem, (), problem.start, first_sizes(problem, known), known, discrepancy=False)
     found = Search(problem, known, fits={((), False): at})
     assert screening.weather_of_each_trial(found, at) == (["trial_wind"] if blows else [])
+
+
+@pytest.mark.parametrize(("starts", "promised"), [(True, 21.0), (False, 15.0)])
+def test_what_has_no_slope_at_its_null_promises_beside_others_what_it_brought_alone(
+    monkeypatch: pytest.MonkeyPatch, starts: bool, promised: float
+) -> None:
+    """Of play of a rudder and a late log the play promised nothing beside the log, and the pair was not fitted."""
+
+    def fitted(evidence: float) -> SimpleNamespace:
+        return SimpleNamespace(effects=("speed_delay",), evidence=evidence, discrepancy=True)
+
+    fits = {((), False): fitted(0.0), (("play",), False): fitted(9.0), (("speed_delay",), False): fitted(12.0)}
+    effects = {"play": SimpleNamespace(starts=starts)}
+    found: Any = SimpleNamespace(fits=fits, problem=SimpleNamespace(effects=effects))
+    monkeypatch.setattr(screening, "beside", lambda *_: {"play": 15.0})
+    late: Any = fitted(20.0)
+    assert screening._alone(found, late, ["play"]) == {"play": promised}

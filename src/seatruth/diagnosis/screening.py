@@ -122,12 +122,20 @@ def _alone(found: Search, at: Fit, others: Sequence[str]) -> dict[str, float]:
     """Linearized evidence of further effects where a set is fitted without discrepancy, with its noise.
 
     At a fit with discrepancy the noise is another: its shape may cost many nats where no force is missing. Where the
-    set strays from its record without forces, its linearization promises anything.
+    set strays from its record without forces, its linearization promises anything. What has no slope at its null
+    promises what it brought alone: of play of a rudder and a late log, 4 nats ahead of the log and forces, the play
+    promised nothing beside that.
     """
     fit = found.fits.get((at.effects, False))
     if not at.discrepancy or fit is None or fit.evidence < at.evidence - HOPE:
         return {}
-    return beside(found, fit, others)
+    promised, none = beside(found, fit, others), found.fits.get(((), False))
+    if at.effects and none is not None:
+        for name in others:
+            own = found.fits.get(((name,), False))
+            if own is not None and found.problem.effects[name].starts:
+                promised[name] = max(promised.get(name, -math.inf), fit.evidence + own.evidence - none.evidence)
+    return promised
 
 
 def weather_of_each_trial(found: Search, at: Fit) -> list[str]:
