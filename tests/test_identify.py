@@ -46,7 +46,7 @@ def test_it_finds_what_was_put_in() -> None:
 
 
 def test_a_stated_noise_gives_way_to_the_misfit_where_that_is_asked_for(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A diagnosis takes the data sheet's noise, a fit all that the model misses: one study file serves both."""
     monkeypatch.chdir(tmp_path)

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import pytest
+from asked_models import INPUTS, STATES, Unaware, study
 
-from seatruth import Channel, Model, Parameter, Study
+from seatruth import Model, Parameter
 from seatruth.analysis import check_study
 from seatruth.costs.current_rates import current_rates
 from seatruth.models import available, load_model
-from seatruth.trials import Trial, Trials
-
-STATES = (Channel("u", "m/s"), Channel("v", "m/s"), Channel("r", "rad/s"))
 
 
 class Ship(Model):
@@ -21,7 +18,7 @@ class Ship(Model):
 
     name = "ship"
     states = outputs = STATES
-    inputs = (Channel("delta", "rad"), Channel("n", "rev/s"))
+    inputs = INPUTS
     parameters = (Parameter("d", 0.01, "1/m", 0.0, 1.0, vary=True),)
 
     @staticmethod
@@ -51,25 +48,6 @@ class InAir(Ship):
     def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
         rates = Ship.rhs(s, i, p, e)
         return rates[0] - 2e-4 * s.u * abs(s.u), rates[1] - 2e-4 * s.v * abs(s.v), rates[2]
-
-
-class Unaware(Model):
-    """Without e, seatruth computes what the water does."""
-
-    name = "unaware"
-    states = outputs = STATES
-    inputs, parameters = Ship.inputs, Ship.parameters
-
-    @staticmethod
-    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
-        return 0.05 * i.n - p.d * s.u * abs(s.u) + s.v * s.r, -0.05 * s.v - s.u * s.r, 0.1 * i.delta - 0.2 * s.r
-
-
-def study(model: Model) -> Study:
-    t = np.arange(0.0, 60.0)
-    outputs = {channel.name: 0.02 * np.sin(t) for channel in model.outputs}
-    inputs = {channel.name: np.sin(0.1 * t) for channel in model.inputs}
-    return Study("s", model, Trials([Trial("run", t, inputs, outputs | {"u": 5.0 + 0 * t})]))
 
 
 def test_a_model_that_forgets_the_turning_is_told_of() -> None:

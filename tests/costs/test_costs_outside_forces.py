@@ -4,22 +4,21 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import pytest
+from asked_models import INPUTS, STATES, Unaware, study
 
-from seatruth import Channel, Model, Parameter, Study
+from seatruth import Model, Parameter
 from seatruth.analysis import check_study
 from seatruth.costs.outside_forces import outside_forces
 from seatruth.models import available, load_model
-from seatruth.trials import Trial, Trials
 
 
 class Ship(Model):
     """A ship on which all three forces act, with added masses that couple sway and yaw."""
 
     name = "ship"
-    states = outputs = (Channel("u", "m/s"), Channel("v", "m/s"), Channel("r", "rad/s"))
-    inputs = (Channel("delta", "rad"), Channel("n", "rev/s"))
+    states = outputs = STATES
+    inputs = INPUTS
     parameters = (
         Parameter("m", 2e5, "kg", 1e5, 3e5),
         Parameter("d", 0.01, "1/m", 0.0, 1.0, vary=True),
@@ -55,25 +54,6 @@ class Backwards(Ship):
         return Ship.rhs(s, i, p, e._replace(N=-e.N))
 
 
-class Closed(Model):
-    """One on which nothing acts from outside, as its equations say."""
-
-    name = "closed"
-    states = outputs = Ship.states
-    inputs, parameters = Ship.inputs, Ship.parameters
-
-    @staticmethod
-    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
-        return 0.05 * i.n - p.d * s.u * abs(s.u) + s.v * s.r, -0.05 * s.v - s.u * s.r, 0.1 * i.delta - 0.2 * s.r
-
-
-def study(model: Model) -> Study:
-    t = np.arange(0.0, 60.0)
-    outputs = {channel.name: 0.02 * np.sin(t) for channel in model.outputs}
-    inputs = {channel.name: np.sin(0.1 * t) for channel in model.inputs}
-    return Study("s", model, Trials([Trial("run", t, inputs, outputs | {"u": 5.0 + 0 * t})]))
-
-
 def test_a_force_left_out_of_one_equation_is_told_of() -> None:
     (found,) = [one for one in check_study(study(WithoutSurge())) if one.code == "outside-forces"]
     assert found.severity == "warning"
@@ -86,7 +66,7 @@ def test_a_moment_that_counts_the_other_way_is_told_of() -> None:
     assert "e.N does not raise the rate of r" in found.message
 
 
-@pytest.mark.parametrize("model", [Ship(), Closed()], ids=lambda model: model.name)
+@pytest.mark.parametrize("model", [Ship(), Unaware()], ids=lambda model: model.name)
 def test_a_model_that_takes_all_forces_or_none_is_not(model: Model) -> None:
     assert outside_forces(study(model)) == []
 

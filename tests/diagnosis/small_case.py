@@ -10,10 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from seatruth.diagnosis.fit import Fit, fit
 from seatruth.diagnosis.pipeline import diagnose
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.sizes import first_sizes, noise_prior
 from seatruth.effects import load_effects, with_effects
 from seatruth.models import load_model
 from seatruth.models.parameter import Prior
@@ -128,6 +130,12 @@ def problem(
 def diagnosed(folder: Path, runs: Sequence[Trial], *, suggest: bool = False, **options: Any) -> Diagnosis:
     """The diagnosis, without the next trial unless it is asked for: that takes most of the time."""
     return diagnose(study(folder, runs), EFFECTS, threads=1, suggest=suggest, **options)
+
+
+def fitted(problem: Problem, effects: Sequence[str], *, discrepancy: bool = False) -> Fit:
+    """The fit of these effects from where a problem starts."""
+    known = noise_prior(problem)
+    return fit(problem, effects, problem.start, first_sizes(problem, known), known, discrepancy=discrepancy)
 
 
 def codes(found: Diagnosis) -> set[str]:

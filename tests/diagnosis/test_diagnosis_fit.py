@@ -11,6 +11,7 @@ import boat_case as boat
 import numpy as np
 import pytest
 import small_case as small
+from small_case import fitted
 
 from seatruth.diagnosis.fit import Fit, Stopped, fit, fit_at, without_discrepancy
 from seatruth.diagnosis.pipeline import diagnose
@@ -21,11 +22,6 @@ from seatruth.diagnosis.steps import objective
 from seatruth.effects import available, load_effects
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.trials.trial import Trial
-
-
-def fitted(problem: Problem, effects: Sequence[str], *, discrepancy: bool = False) -> Fit:
-    known = noise_prior(problem)
-    return fit(problem, effects, problem.start, first_sizes(problem, known), known, discrepancy=discrepancy)
 
 
 def zs(problem: Problem, at: Fit, true: dict[str, float]) -> np.ndarray:

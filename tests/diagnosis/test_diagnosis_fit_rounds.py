@@ -9,22 +9,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 import small_case as small
+from small_case import fitted
 
 from seatruth.diagnosis import fit as fit_module
-from seatruth.diagnosis.fit import Fit, fit
+from seatruth.diagnosis.fit import fit
 from seatruth.diagnosis.problem import Point, Problem
-from seatruth.diagnosis.sizes import Sizes, first_sizes, noise_prior
+from seatruth.diagnosis.sizes import Sizes, noise_prior
 from seatruth.trials.trial import Trial
 
 
 @pytest.fixture(scope="module")
 def problem(ship_folder: Path, offset_runs: list[Trial]) -> Problem:
     return small.problem(ship_folder, offset_runs)
-
-
-def fitted(problem: Problem, effects: Sequence[str], *, discrepancy: bool = False) -> Fit:
-    known = noise_prior(problem)
-    return fit(problem, effects, problem.start, first_sizes(problem, known), known, discrepancy=discrepancy)
 
 
 def where_it_is(*given: object) -> tuple[object, ...]:

@@ -76,15 +76,18 @@ def test_a_whole_step_goes_on_to_the_lowest_point_of_its_parabola(bend: float, p
     nothing: Any = SimpleNamespace(moved=lambda *_: None, point=None, shared=None, local=None)
     valley: Any = Bent(bend)
     way: Any = float  # the part itself stands for its point
-    found = module._to_the_lowest(valley, nothing, nothing, nothing, way, 1.0)
+    found = module._to_the_lowest(valley, nothing, nothing, nothing, way)
     assert found == pytest.approx(part)
     assert valley.fall == pytest.approx(10.0 * (2.0 * part - bend * part * part))
 
 
-def test_a_part_of_a_step_stays_what_it_is() -> None:
-    valley: Any = Bent(1.6)
-    nothing: Any = None
-    assert module._to_the_lowest(valley, nothing, nothing, nothing, nothing, 0.5) == 0.5
+def test_a_part_of_a_step_stays_what_it_is(problem: Problem, sizes: Sizes, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the whole step is of no use, nothing is told of its length."""
+    at = problem.linearize(far(problem), EFFECTS, discrepancy=False)
+    likelihood = likelihood_at(problem, at, sizes, EFFECTS)
+    whole, found = likelihood.solve(sizes, EFFECTS), module._Descent(problem, at, sizes, likelihood)
+    monkeypatch.setattr(module, "_PARTS", (0.2,))
+    assert module._useful_part(found, problem, at, sizes, whole) == 0.2
 
 
 def test_a_step_leads_back_from_where_the_model_diverges(

@@ -233,10 +233,15 @@ def _is_hopeless(problem: Problem, value: float, last: float, rival: float) -> b
     return value + _AHEAD * max(value - last, 0.0) < rival - problem.settings.hopeless
 
 
+def _ahead(problem: Problem, at: Linearization, sizes: Sizes, likelihood: Likelihood) -> float:
+    """What the objective (nats) would still fall by from a linearization, were the model linear."""
+    here = objective(problem, at.point, at.errors, sizes, at.effects, likelihood)
+    return here - likelihood.least(sizes, at.effects)
+
+
 def _kept_promise(problem: Problem, at: Linearization, sizes: Sizes, likelihood: Likelihood, fall: float) -> float:
     """Part that a step brought of what the derivatives promised; 1 where they promised too little to count."""
-    promised = objective(problem, at.point, at.errors, sizes, at.effects, likelihood)
-    promised -= likelihood.least(sizes, at.effects)
+    promised = _ahead(problem, at, sizes, likelihood)
     return fall / promised if promised > LEAST_RISE else 1.0
 
 
@@ -266,7 +271,7 @@ def _final_sizes(
         if number == 0 and not value > rival - problem.settings.hopeless:
             return sizes, value, value - before if math.isfinite(value) else 0.0, 0.0
     sizes, value = maximise(evidence, sizes, problem.settings, channels=channels, sweeps=_SWEEPS)
-    ahead = objective(problem, point, at.errors, sizes, effects, likelihood) - likelihood.least(sizes, effects)
+    ahead = _ahead(problem, at, sizes, likelihood)
     return sizes, value, value - before, ahead
 
 
@@ -293,7 +298,7 @@ def _under_them(
         if not np.isfinite(at.errors).all():
             break
         likelihood = likelihood_at(problem, at, sizes, effects)
-        ahead = objective(problem, there, at.errors, sizes, effects, likelihood) - likelihood.least(sizes, effects)
+        ahead = _ahead(problem, at, sizes, likelihood)
         reached = OfSizes(likelihood, effects, known)(sizes)
         if reached - max(ahead, 0.0) > best[1] - max(best[2], 0.0):
             best = there, reached, ahead
@@ -348,7 +353,7 @@ def fit_at(
     # What stands at its bound is known no better for that.
     free = likelihood.holding(()) if likelihood.held else likelihood
     solution = free.shared_step(sizes, effects)
-    ahead = objective(problem, point, at.errors, sizes, effects, likelihood) - likelihood.least(sizes, effects)
+    ahead = _ahead(problem, at, sizes, likelihood)
     settled = settled and ahead < _AHEAD_OF_IT
     kept = KeptLikelihood(likelihood, sizes)
     # What a fit did not reach is not credited to it: where long runs bend, a linear model promises anything.

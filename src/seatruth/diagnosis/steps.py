@@ -131,31 +131,29 @@ def _useful_part(found: _Descent, problem: Problem, at: Linearization, sizes: Si
     near: Callable[[float], Point] | None = None
     for part in _PARTS:
         if found.simulated(straight(part)):
-            return _to_the_lowest(found, problem, at, whole, straight, part)
+            return _to_the_lowest(found, problem, at, whole, straight) if part == 1.0 else part
         if forced and near is None:
             near = along(problem, at.point, whole)
         if near is not None and found.simulated(near(part)):
-            return _to_the_lowest(found, problem, at, whole, near, part)
+            return _to_the_lowest(found, problem, at, whole, near) if part == 1.0 else part
     return 0.0
 
 
 def _to_the_lowest(
-    found: _Descent, problem: Problem, at: Linearization, whole: Solution, way: Callable[[float], Point], part: float
+    found: _Descent, problem: Problem, at: Linearization, whole: Solution, way: Callable[[float], Point]
 ) -> float:
-    """The part of a step that lowers the objective most, by the parabola through both ends of it.
+    """The part of a whole step, which was taken, that lowers the objective most, by the parabola through both its ends.
 
     Where models bend, whole steps of Gauss and Newton overshoot or fall short by much the same each time, and twenty of
-    them go to and fro about an optimum that one of the right length reaches. Parts shorter than the whole stay as they
-    are: there no parabola holds.
+    them go to and fro about an optimum that one of the right length reaches. Where only a part of it was of use, no
+    parabola holds.
     """
-    if part < 1.0:
-        return part
     promised = found.promised(problem.moved(at.point, whole.shared, whole.local), whole, at)
     bend = 2.0 - found.fall / promised if promised > 0.0 else 1.0
     lowest = float(np.clip(1.0 / bend, *_LENGTHS)) if bend > 0.0 else _LENGTHS[1]
     if abs(lowest - 1.0) > _NEARLY_WHOLE and found.simulated(way(lowest)):
         return lowest
-    return part
+    return 1.0
 
 
 def _held_back(

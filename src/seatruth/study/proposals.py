@@ -25,15 +25,14 @@ _ZONE = re.compile(r"(\d{1,2})\s*(north|south|[C-HJ-NP-X])", re.IGNORECASE)
 _NORTHERN, _SOUTHERN = "NPQRTUVWX", "CDEFGHJKLM"
 """Letters of latitude bands. S is missing: "32S" can be band S, which is north, or the south."""
 _OF_A_DRAWING = frozenset(("m", "m2", "m^2", "m3", "m^3", "kg/m3", "kg/m^3"))
-_OF_A_MASS = re.compile(
-    r"(m|i|j)(_?[xyz]+)?|[ij]_\w*[xyz]|(a_?|lambda_)\d\d|mass.*|[xyzkmn]_?(d[uvwpqr]|[uvwpqr]_?d(ot)?)", re.IGNORECASE
-)
+_ADDED_NAMES = r"(a_?|lambda_)\d\d|[xyzkmn]_?(d[uvwpqr]|[uvwpqr]_?d(ot)?)"
+_OF_A_MASS = re.compile(rf"(m|i|j)(_?[xyz]+)?|[ij]_\w*[xyz]|mass.*|{_ADDED_NAMES}", re.IGNORECASE)
 """Names of masses, moments of inertia and added masses, of a unit of kg: m, m_y, I_zz, I_px, A_33, X_ud, X_du, N_rdot.
 Damping may have that unit too. A scale and a drawing know masses and sizes, and where they are free as well as the
 forces, a record shows the ratio of the two alone."""
 _OVER_THE_MASS = re.compile(r"m_[xyz]")
 """Names of added masses over the mass."""
-_ADDED = re.compile(r"(a_?|lambda_)\d\d|[xyzkmn]_?(d[uvwpqr]|[uvwpqr]_?d(ot)?)", re.IGNORECASE)
+_ADDED = re.compile(_ADDED_NAMES, re.IGNORECASE)
 """Of these, the added masses, which no scale weighs."""
 _ON_PAPER = re.compile(r"\b((data ?)?sheet|drawing|scales|open[- ]water)\b", re.IGNORECASE)
 """Words of a source that knows a parameter better than a record shows it."""
