@@ -89,3 +89,20 @@ def test_the_effects_of_a_diagnosis_are_listed_where_they_are_asked_for(capsys: 
         assert " effects:" in shown
         assert "heading_bias" in shown
         assert "rudder zero offset" in shown
+
+
+def test_nothing_is_called_identified_where_runs_lose_the_record(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of an ROV that missed its heading by three turns a pull of 235 N was "identified" to 0.03 N."""
+    monkeypatch.chdir(tmp_path)
+    write_ship(tmp_path)
+    assert call("init", "zigzag.csv", "--model", "ship.py:Nomoto") == 0
+    study = tmp_path / "zigzag.toml"
+    study.write_text(study.read_text().replace("[parameters]\n", "[parameters]\nK = { value = 0.9 }\n"))
+    capsys.readouterr()
+    assert call("check", "zigzag.toml") in (0, 1)
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "psi is missed by" in shown
+    assert "Check again with values that follow the trials." in shown
+    assert "A best std. error is a bound" not in shown

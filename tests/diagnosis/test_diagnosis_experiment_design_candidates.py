@@ -195,6 +195,19 @@ def test_an_underwater_vehicle_steps_along_each_axis_and_keeps_its_battery() -> 
     assert list(still.axes) == [f"{axis} thrust" for axis in ("surge", "sway", "yaw")]
 
 
+def test_thrusters_that_hold_a_depth_do_not_drive() -> None:
+    """Of an ROV "c_vp and c_vs at 60 %" was suggested for a minute: from 20 m it would have come to the surface."""
+    model = load_model("bluerov2")
+    moved = {one.input: boat.zigzag(60, 0.2, 5.0 + k) for k, one in enumerate(model.actuators)}
+    hovering = {name: 0.5 + 0.1 * moved[name] for name in ("c_5", "c_6")}
+    menu = thrusting(model, **{**moved, **hovering}, voltage=np.full(60, 15.0))
+    assert menu.driving == []
+    assert not any("coast-down" in name or name.startswith("slow") for name in menu.phases)
+    ahead = {name: 0.5 + 0.1 * moved[name] for name in ("c_1", "c_2", "c_3", "c_4")}
+    both = thrusting(model, **{**moved, **hovering, **ahead}, voltage=np.full(60, 15.0))
+    assert both.driving == [("c_1", "c_2", "c_3", "c_4")]
+
+
 class Pulses(Model):
     """The boat with two thrusters in pulses of their speed controllers, under names of their own."""
 

@@ -7,12 +7,14 @@ from pathlib import Path
 import pytest
 import small_case as small
 
+from seatruth.diagnosis.clusters import Cluster
 from seatruth.diagnosis.experiment_design.candidates import MAX_PHASES
 from seatruth.diagnosis.experiment_design.discrimination import Rivals
-from seatruth.diagnosis.experiment_design.select import next_trial
+from seatruth.diagnosis.experiment_design.select import next_trial, survivors
 from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.parts import NextTrial
 from seatruth.diagnosis.search import search
+from seatruth.effects import available
 from seatruth.trials.trial import Trial
 
 CHANCES = {"rudder_offset": 0.7, "gyro_bias": 0.2, "heading_bias": 0.1}
@@ -39,6 +41,20 @@ def test_the_suggestion_is_the_best_of_the_menu(suggested: NextTrial) -> None:
     assert len(suggested.manoeuvre.split(", then ")) <= MAX_PHASES
     assert set(suggested.inputs) == {"delta"}
     assert len(suggested.t) == len(suggested.inputs["delta"])
+
+
+def test_causes_that_all_act_are_no_rivals() -> None:
+    """Of an ROV with a dead band and a weak thruster, both named, a trial was to tell the one from the other."""
+
+    def named(*names: str) -> Cluster:
+        return Cluster(names, "root", 0.95, names)
+
+    sets = {("thrust_gain", "thruster_dead_band"): 0.9, ("thruster_dead_band",): 0.02, ("drag_increase",): 0.01}
+    dead, weak = named("thruster_dead_band"), named("thrust_gain")
+    assert survivors([dead, weak], sets, available()) == ["drag_increase"]
+    assert survivors([weak], sets, available()) == ["thrust_gain", "thruster_dead_band", "drag_increase"]
+    either = named("thrust_gain", "battery_discharge")
+    assert survivors([dead, either], sets, available()) == ["thrust_gain", "battery_discharge", "drag_increase"]
 
 
 def test_it_is_the_same_again(found: Search, suggested: NextTrial) -> None:

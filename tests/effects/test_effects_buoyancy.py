@@ -3,15 +3,34 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import pytest
 
 from seatruth.effects import available, dimensions_of, with_effects
 from seatruth.effects.kinematics import G
 from seatruth.manoeuvres import Stepper
-from seatruth.models import load_model
+from seatruth.models import Dimensions, Model, Parameter, load_model
+from seatruth.trials.channel import Channel
 
 REST = {channel.name: 0.0 for channel in load_model("torpedo").inputs}
+
+
+class Hovering(Model):
+    """A vehicle of 400 kg that stays level; nothing brakes it."""
+
+    name, title, kind = "hovering", "a level vehicle", "auv"
+    states = outputs = (Channel("u", "m/s"), Channel("v", "m/s"), Channel("w", "m/s"), Channel("z", "m"))
+    inputs = (Channel("c", "1"),)
+    parameters = (Parameter("m", 400.0, "kg", 100.0, 900.0, vary=True),)
+
+    @staticmethod
+    def dimensions(p: Any) -> Dimensions:
+        return Dimensions(1.6, 1.0, 0.9, p.m, 1025.0)
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        return e.X / p.m, e.Y / p.m, e.Z / p.m, s.w
 
 
 def accelerations(effect: str, t: float = 0.0, *, state: dict[str, float], **values: float) -> dict[str, float]:
@@ -38,6 +57,18 @@ def test_flooding_weighs_more_and_more_and_sinks_where_the_water_gathers() -> No
     assert accelerations("flooding", 200.0, state=state, share=1e-5)["w"] == pytest.approx(2.0 * level["w"])
     aft = accelerations("flooding", 100.0, state=state, share=1e-5, lever=-0.3)
     assert aft["q"] > 0.0 > accelerations("flooding", 100.0, state=state, share=1e-5, lever=0.3)["q"]
+
+
+@pytest.mark.parametrize("name", ["net_weight", "buoyancy_gradient", "flooding"])
+def test_a_vehicle_that_only_heaves_can_be_too_heavy(name: str) -> None:
+    """An ROV in surge, sway, heave and yaw has no pitch, and a wrong weight was in no list."""
+    effect, model = available()[name], Hovering()
+    assert effect.missing(model) == ""
+    stepper = Stepper(with_effects(model, [effect]), {f"{name}_share": 1e-3})
+    rate = dict(zip("uvwz", stepper.rate(10.0, (0.3, 0.1, 0.0, 5.0), {"c": 0.0})))
+    depth_or_time = {"net_weight": 1.0, "buoyancy_gradient": 5.0, "flooding": 10.0}[name]
+    assert rate["w"] == pytest.approx(1e-3 * G * depth_or_time)
+    assert (rate["u"], rate["v"]) == (0.0, 0.0)
 
 
 def test_its_moment_is_that_of_the_centre_of_gravity_moved_by_as_much() -> None:

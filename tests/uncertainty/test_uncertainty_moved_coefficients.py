@@ -37,6 +37,15 @@ def test_an_error_larger_than_the_prior_s_does_not_make_it_less_sure() -> None:
     assert "Fix it" in found.do
 
 
+def test_beside_forces_of_no_name_it_is_half_of_the_story() -> None:
+    """Of an ROV a bollard pull of 235 +- 30 N came out at 64, and forces of no name held what it lacked."""
+    one = Coefficient("k_V", "N", 235.0, 30.0, 64.0, 16.0)
+    (found,) = moved_coefficients({"k_V"}, [one], beside_forces=True)
+    assert "read it together with the formula of what is missing" in found.do
+    (alone,) = moved_coefficients({"k_V"}, [one])
+    assert "formula" not in alone.do
+
+
 def test_one_at_its_bound_is_told_though_it_has_no_error() -> None:
     """An AUV's Y_dv of -86 +- 10 kg ended at -20, its bound, and nothing was said."""
     one = Coefficient("Y_dv", "kg", -86.0, 10.0, -20.0, float("nan"), at_bound=True)

@@ -90,6 +90,8 @@ def _effects(study: Study, *, in_full: bool) -> tuple[list[str], dict[str, list[
     say(f"\nA diagnosis of this study can try {len(usable)} effects{':' if in_full else '; --effects lists them.'}")
     if in_full:
         console().print(table(["effect", "title"], [[effect.name, effect.title] for effect in usable]))
+        if any(effect.which for effect in usable):
+            say("Other faults of a single actuator join the search where one of its faults leads.")
     if found:
         say("Effects that it cannot try, and why:")
     for reason, names in found.items():
@@ -156,13 +158,18 @@ def _preview(study: Study) -> pd.DataFrame:
         [str(name), f"{row['value']:.4g}", f"{row['crlb']:.2g}", str(row["verdict"])] for name, row in frame.iterrows()
     ]
     console().print(table(["parameter", "value", "best std. error", "verdict"], rows, numbers=("value",)))
-    say(verdicts_in_words(dict(frame["verdict"])))
-    say(
-        "A best std. error is a bound, for a model that is right in all else and noise that is white. Where a small "
-        "error adds up over a run, as a moment does in a heading, a real error can be a hundred times larger."
-    )
     if missed := missed_angle(misses(study, study.simulate())):
-        say(f"At the start values {missed}: the standard errors above hold there, and not where a fit ends.")
+        # Of an ROV that misses its heading by three turns a pull of 235 N was "identified" to 0.03 N.
+        say(
+            f"At the start values {missed}: the standard errors above hold there, and not where a fit ends. Check again "
+            "with values that follow the trials."
+        )
+    else:
+        say(verdicts_in_words(dict(frame["verdict"])))
+        say(
+            "A best std. error is a bound, for a model that is right in all else and noise that is white. Where a small "
+            "error adds up over a run, as a moment does in a heading, a real error can be a hundred times larger."
+        )
     if frame.attrs["reasons"]:
         say("\nWhat these trials do not tell apart:")
         for reason in frame.attrs["reasons"]:

@@ -19,7 +19,7 @@ from seatruth.diagnosis.decision import Decision, decide
 from seatruth.diagnosis.discrepancy.report import describe
 from seatruth.diagnosis.drift_in_turns import look_like_drift, without_drift
 from seatruth.diagnosis.earth_directions import common_direction
-from seatruth.diagnosis.experiment_design.select import next_trial, with_motion
+from seatruth.diagnosis.experiment_design.select import HARDLY, next_trial, survivors, with_motion
 from seatruth.diagnosis.fit import not_converged, without_discrepancy
 from seatruth.diagnosis.gap import Gap, misfit
 from seatruth.diagnosis.hypotheses import Key, Search
@@ -62,10 +62,6 @@ from seatruth.trials.check.excitation import narrow_headings
 from seatruth.trials.finding import Finding
 from seatruth.uncertainty.moved_coefficients import Coefficient
 
-_SURVIVORS = 4
-"""Single effects that lead, between which the next trial is to decide beside those of the answer. [S]"""
-_HARDLY = 1e-3
-"""Probability below which a single effect is no survivor. [S]"""
 _LEADING = 8
 """Effects between which pairwise noncentralities are reported. [S]"""
 _CONFUSED = 25.0
@@ -257,12 +253,9 @@ class Assembly:
 
     def suggestion(self, say: Callable[[str, int, int], None]) -> NextTrial:
         """The trial that best separates the causes that are left, with the motion that is expected of it."""
-        problem, members = self.problem, [name for one in self.decision.clusters for name in one.effects]
-        sets = posterior.answers(self.hypotheses)
-        alone = [key[0] for key, p in sets.items() if len(key) == 1 and p > _HARDLY][:_SURVIVORS]
-        names = posterior.without_other_forms([*members, *alone], problem.effects)
-        fitted = {name: max(self.inclusion[name], _HARDLY) for name in names if self.search.best((name,)) is not None}
-        return with_motion(next_trial(self.search, fitted, say), problem, self.gap.points["effects"])
+        names = survivors(self.decision.clusters, posterior.answers(self.hypotheses), self.problem.effects)
+        fitted = {name: max(self.inclusion[name], HARDLY) for name in names if self.search.best((name,)) is not None}
+        return with_motion(next_trial(self.search, fitted, say), self.problem, self.gap.points["effects"])
 
     def diagnosis(
         self,

@@ -188,7 +188,7 @@ def diagnose(
             if effects is None:
                 named = [name for cluster in assembly.decision.clusters for name in cluster.effects]
                 findings += untried_forms(study, found.problem.effects, named)
-            findings += _moved(study, assembly.coefficients)
+            findings += _moved(study, assembly.coefficients, beside_forces=assembly.gap.shown.discrepancy)
             return assembly.diagnosis(reasons, findings, validation, suggestion, outcome)
         except (np.linalg.LinAlgError, ArithmeticError) as trouble:
             raise SeatruthError(
@@ -237,10 +237,10 @@ def _work(study: Study, effects: Sequence[Effect], settings: Settings) -> str:
     return hashlib.sha256(f"{study.content_hash}|{names}|{settings!r}".encode()).hexdigest()
 
 
-def _moved(study: Study, coefficients: Sequence[Coefficient]) -> list[Finding]:
+def _moved(study: Study, coefficients: Sequence[Coefficient], *, beside_forces: bool) -> list[Finding]:
     """Coefficients that the refit surely moved far from what the study states of them: often the cause itself."""
     stated = {p.name for p in study.parameters if p.vary and p.prior is not None}
-    return moved_coefficients(stated, coefficients)
+    return moved_coefficients(stated, coefficients, beside_forces=beside_forces)
 
 
 def _set_aside(found: Search) -> list[Finding]:

@@ -24,7 +24,7 @@ class BuoyancyGradient(Effect):
     acts_on = ("surge", "heave")
     confused_with = ("net_weight", "flooding", "depth_scale")
     distinguished_by = "nothing at the surface, and the same down and up: one trial at two depths"
-    needs_states = ("u", "w", "theta", "z")
+    needs_states = ("w", "z")
     needs_vehicle = ("dimensions",)
     parameters = (
         Parameter(
@@ -57,7 +57,7 @@ class Flooding(Effect):
     acts_on = ("surge", "heave", "pitch", "yaw")
     confused_with = ("net_weight", "buoyancy_gradient", "trim")
     distinguished_by = "the same depth and speed ask for more and more lift: a long straight run"
-    needs_states = ("u", "w", "q", "theta")
+    needs_states = ("w",)
     needs_vehicle = ("dimensions",)
     parameters = (
         Parameter("share", 1e-5, "1/s", 0.0, 0.01, source="[S] half a litre an hour, 15 kg", description="per second"),

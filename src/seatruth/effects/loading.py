@@ -16,12 +16,15 @@ DAMPING = 0.1
 
 
 def with_weight(e: Any, s: Any, weight: Any, ahead: Any = 0.0) -> Any:
-    """The environment with a weight (N) more that lies `ahead` (m) of the origin on the axis of the hull."""
-    phi = getattr(s, "phi", 0.0)
-    level = weight * math.cos(s.theta)
+    """The environment with a weight (N) more that lies `ahead` (m) of the origin on the axis of the hull.
+
+    A model without pitch or roll is level.
+    """
+    phi, theta = getattr(s, "phi", 0.0), getattr(s, "theta", 0.0)
+    level = weight * math.cos(theta)
     down, aside = level * math.cos(phi), level * math.sin(phi)
     return e._replace(
-        X=e.X - weight * math.sin(s.theta),
+        X=e.X - weight * math.sin(theta),
         Y=e.Y + aside,
         Z=e.Z + down,
         M=e.M - ahead * down,
@@ -67,7 +70,7 @@ class NetWeight(Effect):
     equivalent = ("dG", "m_disp", "nabla")
     confused_with = ("plane_offset", "trim", "asymmetry", "depth_scale", "buoyancy_gradient", "flooding")
     distinguished_by = "the plane angle that it needs falls with 1/u^2: two speeds; seen at rest"
-    needs_states = ("u", "w", "theta")
+    needs_states = ("w",)
     needs_vehicle = ("dimensions",)
     parameters = (Parameter("share", 0.005, "1", -0.2, 0.2, source="[S] catalogue", description="heavy is positive"),)
     null: Mapping[str, float] = {"share": 0.0}

@@ -37,12 +37,15 @@ class Coefficient:
     """Whether it ended at one of its bounds, beyond which the trials would have it."""
 
 
-def moved_coefficients(stated: Container[str], coefficients: Iterable[Coefficient]) -> list[Finding]:
+def moved_coefficients(
+    stated: Container[str], coefficients: Iterable[Coefficient], *, beside_forces: bool = False
+) -> list[Finding]:
     """A finding for each coefficient that surely lies far outside its prior; the farthest first.
 
     Args:
         stated: the names of those whose priors the study states: one that nobody stated is no belief to be far from.
         coefficients: the fitted ones.
+        beside_forces: whether they were fitted beside forces of no name.
 
     Example:
         >>> far, near = Coefficient("T", "s", 6.0, 1.0, 11.0, 0.5), Coefficient("K", "1/s", 1.0, 0.1, 1.1, 0.1)
@@ -50,7 +53,7 @@ def moved_coefficients(stated: Container[str], coefficients: Iterable[Coefficien
         ["parameter 'T'"]
     """
     far = [one for one in coefficients if one.name in stated and _distance(one) > _FAR]
-    return [_finding(one) for one in sorted(far, key=lambda one: (-_distance(one), one.name))]
+    return [_finding(one, beside_forces=beside_forces) for one in sorted(far, key=lambda one: (-_distance(one), one.name))]
 
 
 def _distance(one: Coefficient) -> float:
@@ -63,7 +66,7 @@ def _distance(one: Coefficient) -> float:
     return (abs(one.value - one.declared) - _NEARER * error) / one.prior_sd
 
 
-def _finding(one: Coefficient) -> Finding:
+def _finding(one: Coefficient, *, beside_forces: bool) -> Finding:
     unit = "" if one.unit == "1" else f" {one.unit}"
     times = abs(one.value - one.declared) / one.prior_sd
     value = f"{one.value:.4g}" if one.at_bound else with_error(one.value, one.stderr)
@@ -76,7 +79,13 @@ def _finding(one: Coefficient) -> Finding:
         "If the prior holds, the vehicle has changed in what this stands for, or it makes up for something that the"
         " model lacks."
     )
-    if one.at_bound or one.stderr > one.prior_sd:
+    if beside_forces:
+        # Of an ROV whose thrust is of another form, a bollard pull of 235 N was 64, and forces of no name held the rest.
+        do = (
+            "Forces of no name were fitted beside it, and may hold the rest of what it stands for: read it together with"
+            f" the formula of what is missing. {do}"
+        )
+    elif one.at_bound or one.stderr > one.prior_sd:
         text += (
             " Without the bound it would end farther still."
             if one.at_bound

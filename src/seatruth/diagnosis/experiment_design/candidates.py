@@ -106,9 +106,11 @@ class Menu:
         moved = [name for name in _moved(problem.study.model, units) if name not in self.thrusters]
         self.steering = _of_one_kind([name for name in moved if name not in self.drives], units, values)
         self.driving = _of_one_kind([name for name in moved if name in self.drives], units, values)
-        thrusting = tuple(name for name in self.thrusters if name in self.drives)
-        self.driving += [thrusting] if thrusting else []
         axes = thruster_layout(problem.study.model).axes if self.thrusters else _unnamed_axes(problem.study.model)
+        # A thruster that holds a depth works all the time as well, and does not drive: slowed, the vehicle would rise.
+        ahead = axes.get("surge", self.thrusters)
+        thrusting = tuple(name for name in self.thrusters if name in self.drives and name in ahead)
+        self.driving += [thrusting] if thrusting else []
         alike = tuple(name for name in axes.get("yaw", {}) if name not in self.thrusters)
         if alike:  # drives without a name that turn it by their difference, and drive it by their sum
             self.steering = [left for group in self.steering if (left := _without(group, alike))]
@@ -203,7 +205,7 @@ class Menu:
             turning = {axis: reach for axis, reach in self.axes.items() if axis == YAW}
             for words, reach in ({_words(others): self._reach(others) for others in self.steering} | turning).items():
                 for phase in self._steered(words, reach)[:3]:
-                    text = f"{_words(group)} at {100 * _SLOW:.0f} %, {phase.text}"
+                    text = f"{_words(group)} at {100 * _SLOW:.0f} % of the usual, {phase.text}"
                     lower = {n: slow[n] - self.usual[n] for n in slow if n in phase.inputs}
                     steered = {n: x + lower.get(n, 0.0) for n, x in phase.inputs.items()}
                     found.append(Phase(f"slow {phase.name}", text, {**slow, **steered}))
@@ -287,7 +289,7 @@ class Menu:
         return [
             Phase(
                 f"steps of {name}",
-                f"{name} to {100 * _SLOW:.0f} % and back, straight",
+                f"{name} to {100 * _SLOW:.0f} % of the usual and back, straight",
                 driven(ramp),
             ),
             Phase(

@@ -13,11 +13,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from seatruth.diagnosis.clusters import Cluster
 from seatruth.diagnosis.experiment_design.candidates import MAX_PHASES, Manoeuvre, Menu
 from seatruth.diagnosis.experiment_design.discrimination import LEAST, Rivals, Table
-from seatruth.diagnosis.hypotheses import Search
+from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.parts import MenuEntry, NextTrial
+from seatruth.diagnosis.posterior import without_other_forms
 from seatruth.diagnosis.problem import Point, Problem
+from seatruth.effects import Effect
 
 _MOST_GAIN = 8.0
 """Factor at which a predicted gain is clipped: what it rests on is not known that well. [S]"""
@@ -38,6 +41,12 @@ _WORTH = 0.5
 `experiments/withheld` 9 had a suggestion of a lower chance; 2 of these doubled."""
 
 
+_SURVIVORS = 4
+"""Single effects that lead, between which the next trial is to decide beside those of the answer. [S]"""
+HARDLY = 1e-3
+"""Probability below which a single effect is no survivor. [S]"""
+
+
 @dataclass(frozen=True)
 class _Option:
     start: str
@@ -51,6 +60,19 @@ class _Option:
     def worth(self) -> float:
         """Chance of doubling, less what the trial costs."""
         return self.chance - _LONGER * len(self.phases) - (_ELSEWHERE if self.start else 0.0)
+
+
+def survivors(clusters: Sequence[Cluster], sets: Mapping[Key, float], effects: Mapping[str, Effect]) -> list[str]:
+    """The effects that a further trial would have to tell apart.
+
+    Of several named causes each acts: only what can stand in the place of one is to be told from it. Of an ROV with a
+    dead band and a weak thruster, both named, a trial was suggested to tell the one from the other. `sets` are the
+    answers with their probabilities.
+    """
+    members = [name for one in clusters if len(clusters) == 1 or len(one.effects) > 1 for name in one.effects]
+    act = {name for one in clusters for name in one.effects} - {*members}
+    alone = [key[0] for key, p in sets.items() if len(key) == 1 and p > HARDLY and key[0] not in act][:_SURVIVORS]
+    return without_other_forms([*members, *alone], effects)
 
 
 def next_trial(search: Search, chances: Mapping[str, float], say: Callable[[str, int, int], None]) -> NextTrial:

@@ -34,6 +34,8 @@ SURE = 0.9
 
 NEAR = Settings().apart
 """Pairwise noncentrality below which two effects count as not distinguishable."""
+_ROUNDED = 0.005
+"""Difference of two probabilities that is seen in print. Chosen here [S]."""
 _RATES = {"surge": "du/dt", "sway": "dv/dt", "heave": "dw/dt", "roll": "dp/dt", "pitch": "dq/dt", "yaw": "dr/dt"}
 
 _EXPONENT = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?e-0?[1-6])(?!\d)")
@@ -246,7 +248,7 @@ def next_in_words(diagnosis: Diagnosis, *, detailed: bool = True) -> str:
     if suggested is None:
         return "This run did not look for one."
     if len(suggested.survivors) < 2:
-        return "No two causes are left that a further trial would have to separate."
+        return "No two effects of the library are left that a further trial would have to separate."
     causes = listed([survivor(diagnosis, name) for name in suggested.survivors], 4)
     if not suggested.manoeuvre:
         return f"No trial on the menu is likely to double what separates {causes}."
@@ -276,9 +278,12 @@ def beside_answers_in_words(diagnosis: Diagnosis) -> str:
     sets = [one for one in diagnosis.hypotheses if one.effects]
     whole = sum(one.probability for one in sets)
     beside = sum(one.probability for one in sets if one.discrepancy)
+    unknown = sum(one.probability for one in diagnosis.hypotheses if one.discrepancy)
+    refused = diagnosis.verdict.kind == "unknown" and diagnosis.verdict.probability > unknown + _ROUNDED
+    if whole >= WORTH_MENTION and refused:
+        return "The headline counts effects of these answers that it does not name as a cause that is not in the library."
     if whole < WORTH_MENTION or beside <= 0.5 * whole:
         return ""
-    unknown = sum(one.probability for one in diagnosis.hypotheses if one.discrepancy)
     return (
         "Where effects are the answer, something most probably acts beside them that is not in the library: alone or "
         f"beside them {chance(min(unknown, 1.0))}."

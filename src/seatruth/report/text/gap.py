@@ -113,8 +113,10 @@ def where_in_words(diagnosis: Diagnosis) -> str:
                 sentences.append(f"If something acts, the most probable places are {shares}.")
             elif _rests_on_what_is_not_named(diagnosis, likely[0][0]):
                 sentences.append(f"What fits best acts in {shares}; the verdict says why it is not named.")
-            else:
+            elif likely[0][1] > 0.5:
                 sentences.append(f"It most probably acts in {shares}.")
+            else:
+                sentences.append(f"Where it acts is not decided: the most probable places are {shares}.")
     seen = sorted(
         (row for row in channels(diagnosis) if row.multiple["refit"] > _SHOWS), key=lambda row: -row.multiple["refit"]
     )
