@@ -83,10 +83,10 @@ def test_what_a_refit_does_not_bear_out_is_not_suggested(
 
 
 def test_one_survivor_needs_no_further_trial(found: Search) -> None:
-    for survivors in ({"rudder_offset": 1.0}, {}):
-        found_trial = next_trial(found, survivors, small.silent)
+    for chances in ({"rudder_offset": 1.0}, {}):
+        found_trial = next_trial(found, chances, small.silent)
         assert found_trial.manoeuvre == ""
-        assert found_trial.survivors == tuple(survivors)
+        assert found_trial.survivors == tuple(chances)
         assert not found_trial.menu
 
 

@@ -161,14 +161,14 @@ def _preview(study: Study) -> pd.DataFrame:
     if missed := missed_angle(misses(study, study.simulate())):
         # Of an ROV that misses its heading by three turns a pull of 235 N was "identified" to 0.03 N.
         say(
-            f"At the start values {missed}: the standard errors above hold there, and not where a fit ends. Check again "
-            "with values that follow the trials."
+            f"At the start values {missed}: the standard errors above hold there, and not where a fit ends. Check "
+            "again with values that follow the trials."
         )
     else:
         say(verdicts_in_words(dict(frame["verdict"])))
         say(
-            "A best std. error is a bound, for a model that is right in all else and noise that is white. Where a small "
-            "error adds up over a run, as a moment does in a heading, a real error can be a hundred times larger."
+            "A best std. error is a bound, for a model that is right in all else and noise that is white. Where a "
+            "small error adds up over a run, as a moment does in a heading, a real error can be a hundred times larger."
         )
     if frame.attrs["reasons"]:
         say("\nWhat these trials do not tell apart:")

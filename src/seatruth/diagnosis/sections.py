@@ -94,8 +94,8 @@ def finding(trials: Sequence[Trial], sections: int) -> Finding:
     text = (
         "Over whole trials a fit of the model did not come to its end, or its runs lost the heading: a small change of "
         "a coefficient turns a long run into another one. Trials were cut into sections of about "
-        f"{seconds:.2g} s with initial states of their own. What only the ends of long runs show, such as a slow drift, "
-        "is lost. Errors are those of the sections."
+        f"{seconds:.2g} s with initial states of their own. What only the ends of long runs show, such as a slow "
+        "drift, is lost. Errors are those of the sections."
     )
     do = (
         "This is usual for a vehicle whose course an autopilot holds, as most ROVs. Coefficients nearer to the truth "

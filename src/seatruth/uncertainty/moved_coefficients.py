@@ -53,7 +53,8 @@ def moved_coefficients(
         ["parameter 'T'"]
     """
     far = [one for one in coefficients if one.name in stated and _distance(one) > _FAR]
-    return [_finding(one, beside_forces=beside_forces) for one in sorted(far, key=lambda one: (-_distance(one), one.name))]
+    far.sort(key=lambda one: (-_distance(one), one.name))
+    return [_finding(one, beside_forces=beside_forces) for one in far]
 
 
 def _distance(one: Coefficient) -> float:
@@ -80,10 +81,10 @@ def _finding(one: Coefficient, *, beside_forces: bool) -> Finding:
         " model lacks."
     )
     if beside_forces:
-        # Of an ROV whose thrust is of another form, a bollard pull of 235 N was 64, and forces of no name held the rest.
+        # Of an ROV whose thrust has another form, a bollard pull of 235 N was 64; forces of no name held the rest.
         do = (
-            "Forces of no name were fitted beside it, and may hold the rest of what it stands for: read it together with"
-            f" the formula of what is missing. {do}"
+            "Forces of no name were fitted beside it, and may hold the rest of what it stands for: read it together"
+            f" with the formula of what is missing. {do}"
         )
     elif one.at_bound or one.stderr > one.prior_sd:
         text += (

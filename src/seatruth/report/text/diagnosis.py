@@ -281,7 +281,7 @@ def beside_answers_in_words(diagnosis: Diagnosis) -> str:
     unknown = sum(one.probability for one in diagnosis.hypotheses if one.discrepancy)
     refused = diagnosis.verdict.kind == "unknown" and diagnosis.verdict.probability > unknown + _ROUNDED
     if whole >= WORTH_MENTION and refused:
-        return "The headline counts effects of these answers that it does not name as a cause that is not in the library."
+        return "The headline counts effects of these answers that it does not name as a cause that the library lacks."
     if whole < WORTH_MENTION or beside <= 0.5 * whole:
         return ""
     return (
