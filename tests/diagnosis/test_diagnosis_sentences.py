@@ -84,6 +84,23 @@ def test_effects_that_cannot_be_told_apart_are_named_at_their_common_node() -> N
     assert alone == "a steady force fixed to the earth, towards 323 +- 8 deg, which may differ from trial to trial"
 
 
+def test_look_alikes_of_other_sizes_are_told_with_them() -> None:
+    """One of two engines gives 12 % less, or the other one 14 % more: each asks for another repair."""
+    engines = replace(
+        CURRENT,
+        title="an error of the thrust",
+        effects=("thruster_gain_port", "thruster_gain_starboard"),
+        in_words="k -0.124 +- 0.018",
+        sizes=("k -0.124 +- 0.018", "k 0.139 +- 0.020"),
+    )
+    assert cause_in_words(engines) == (
+        "an error of the thrust: thruster gain port (k -0.124 +- 0.018) or thruster gain starboard (k 0.139 +- 0.020), "
+        "which these trials cannot tell apart"
+    )
+    unknown = replace(engines, sizes=("k -0.124 +- 0.018", ""))
+    assert "port or thruster gain starboard, which" in cause_in_words(unknown)
+
+
 def test_a_gap_that_does_not_shrink_surely_is_said_in_the_headline() -> None:
     text = said("effects", CURRENT, validation=FAILS)
     assert text.startswith("The most probable cause of the gap is a uniform current")

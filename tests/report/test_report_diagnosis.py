@@ -160,6 +160,31 @@ def test_answers_beside_something_unknown_say_so() -> None:
     assert text.beside_answers_in_words(replace(refused, hypotheses=(none, *sets))).startswith("The headline counts")
 
 
+def test_what_is_probable_and_not_named_is_told() -> None:
+    """Of a boat waves stood in all five answers with 98 %, and nowhere else."""
+    found = diagnosis("inseparable")
+    named = {name for cause in found.verdict.causes for name in cause.effects}
+    (other, *_) = [one for one in found.effects if one.name not in named]
+    assert text.unnamed_in_words(found) == ""
+    likely = replace(other, probability=0.98)
+    found.effects = (*(one for one in found.effects if one.name != other.name), likely)
+    assert text.unnamed_in_words(found) == (
+        f"Probable in these fits, and not named, since nothing beyond them bears it out: {other.title} (98 %)."
+    )
+    found.verdict = replace(found.verdict, sentence=f"{found.verdict.sentence} It looks like {other.title}.")
+    assert text.unnamed_in_words(found) == ""
+
+
+def test_look_alikes_are_told_with_a_size_each() -> None:
+    """Of two engines one gave 12 % less, or the other one 14 % more: the table had the size of one of them."""
+    found = diagnosis("inseparable")
+    (cause, *_) = found.verdict.causes
+    sizes = tuple(f"k -0.1{k} +- 0.02" for k, _ in enumerate(cause.effects))
+    assert len(sizes) > 1
+    assert text.cause_size(found, replace(cause, sizes=sizes)).startswith("k -0.10 ± 0.02 or k -0.11 ± 0.02")
+    assert text.remark(replace(cause, small=False, of_evidence=True)).startswith("share of what is explained")
+
+
 def test_effects_without_a_function_of_the_model_are_told_above_the_table() -> None:
     """A glider's model did not declare its drag, and a fouled hull passed for a depth sensor 20 % off."""
     found = diagnosis("unknown")

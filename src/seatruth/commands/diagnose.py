@@ -231,8 +231,9 @@ def show(diagnosis: Diagnosis) -> None:
         say("")
     console().print(_answers(diagnosis))
     beside = text.beside_answers_in_words(diagnosis)
-    if beside:
-        say(beside)
+    for sentence in (beside, text.unnamed_in_words(diagnosis)):
+        if sentence:
+            say(sentence)
     for warning in (text.undetectable_in_words(diagnosis), text.undeclared_in_words(diagnosis)):
         if warning:
             say(f"! {warning}", style="yellow")
@@ -272,14 +273,14 @@ def _gap(diagnosis: Diagnosis) -> Table:
 def _causes(diagnosis: Diagnosis) -> Table:
     from seatruth.diagnosis.sentences import chance
     from seatruth.report.numbers import percent
-    from seatruth.report.text.diagnosis import readable, remark, titles
+    from seatruth.report.text.diagnosis import cause_size, remark, titles
 
     known = titles(diagnosis)
     rows = [
         [
             cause.title,
             " or ".join(known.get(name, name) for name in cause.effects),
-            readable(cause.in_words),
+            cause_size(diagnosis, cause),
             percent(cause.share),
             chance(cause.probability),
             remark(cause),

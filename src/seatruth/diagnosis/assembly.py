@@ -368,17 +368,21 @@ class Assembly:
         name = cluster.member_in(self.decision.shown)
         effect, parameters, share = self.problem.effects[name], self._parameters(name), self.gap.share(name)
         several = title(cluster.cause) if cluster.cause != ROOT else "one of several causes"
+        members, model = (name, *(n for n in cluster.effects if n != name)), self.study.model
+        implausible = prior_deviations(parameters) > self.settings.implausible
         return NamedCause(
             cause=cluster.cause,
             title=several if len(cluster.effects) > 1 else effect.title,
-            effects=(name, *(n for n in cluster.effects if n != name)),
+            effects=members,
             probability=cluster.probability,
-            in_words=effect_in_words(effect, self.study.model, parameters),
+            in_words=effect_in_words(effect, model, parameters),
             share=share,
             small=share < self.settings.small_share and not is_certain_error(cluster, self.gap.typical_sizes(name)),
-            implausible=prior_deviations(parameters) > self.settings.implausible,
-            beyond=furthest(effect, parameters),
+            implausible=implausible,
+            beyond=furthest(effect, parameters) if implausible else "",
             direction=common_direction([self._parameters(n) for n in cluster.effects]),
+            sizes=tuple(effect_in_words(self.problem.effects[n], model, self._parameters(n)) for n in members),
+            of_evidence=self.gap.strays,
         )
 
     @cached_property

@@ -14,7 +14,7 @@ import numpy as np
 from seatruth.arrays import Array, Indices
 from seatruth.diagnosis.fit import FEW_ROUNDS, ROUNDS, Fit, Stopped, fit, fit_at, without_discrepancy
 from seatruth.diagnosis.followed import follows, loses_heading
-from seatruth.diagnosis.hypotheses import HOPE, Key, Search
+from seatruth.diagnosis.hypotheses import HOPE, Key, Search, strays
 from seatruth.diagnosis.initial_guess import (
     forces_instead,
     from_equation_error,
@@ -103,7 +103,7 @@ def fit_null(found: Search) -> None:
     if problem.discrepancy is not None and bare and (loose is None or loose.evidence < bare.evidence - _NESTED):
         little = bare.sizes.with_discrepancy(_SMALL)
         fit_once(found, (), True, bare.point, little, attempt="from its fit without discrepancy")
-    for on in (False, True):
+    for on in (True,) if strays(found) else (False, True):  # runs that stray without forces measure nothing
         fit_again(found, discrepancy=on)
 
 
@@ -293,9 +293,9 @@ def _fit_bare(found: Search, key: Key, near: Fit, start: Point) -> tuple[Point, 
     plain = found.fits.get(((), False))
     gap = best - plain.evidence if plain is not None else 0.0
     # Where the model alone strays, a slope beside forces says nothing of what an effect does without them.
-    strays = plain is not None and plain.evidence < found.null.evidence - HOPE
-    if plain is not None and strays and near.discrepancy and not near.effects:
-        return start, fit_once(found, key, False, plain.point, plain.sizes, attempt=_FROM_ITS_BEST_PART)
+    if plain is not None and strays(found) and near.discrepancy and not near.effects:
+        words = _FROM_ITS_BEST_PART
+        return start, fit_once(found, key, False, plain.point, plain.sizes, attempt=words, rival=best - HOPE)
     if not near.discrepancy or expected > best - max(HOPE, gap / 2.0):
         return start, fit_once(found, key, False, stepped(problem, likelihood, bare, key, start), bare)
     return start, None

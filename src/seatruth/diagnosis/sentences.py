@@ -32,6 +32,8 @@ AT_NOISE = 1.2
 then at most 0.7 of the noise's standard deviation."""
 _NO_BOUND = 2.0
 """Width of the interval of the part that is explained from which it is not said. [S] From nothing to twice the gap."""
+_SIZED = 3
+"""Effects that look alike of which each is told with its size. Chosen here [S]."""
 _FIRST = 4
 """How many of a long list of effects are named. [S]"""
 _LACKS = "The model also lacks something that no effect of the library describes."
@@ -130,7 +132,11 @@ def cause_in_words(cause: NamedCause) -> str:
         number_first = cause.in_words[:1].isdigit()
         return f"{cause.title} of {cause.in_words}" if number_first else f"{cause.title} ({cause.in_words})"
     # Whether a wind was the same in all trials is no other cause.
-    members = list(dict.fromkeys(name.removeprefix("trial_").replace("_", " ") for name in cause.effects))
+    names = [name.removeprefix("trial_").replace("_", " ") for name in cause.effects]
+    members = list(dict.fromkeys(names))
+    if len(members) == len(cause.sizes) <= _SIZED and all(cause.sizes):
+        # One of two engines gives 12 % less, or the other one 14 % more: each asks for another repair.
+        members = [f"{name} ({size})" for name, size in zip(names, cause.sizes)]
     direction = cause.direction or cause.in_words.partition("towards ")[2]
     titled = f"{cause.title}{f', towards {direction}' if direction else ''}"
     if len(members) == 1:
@@ -314,7 +320,7 @@ def _undecided(causes: Sequence[NamedCause], vague: Sequence[str], probability: 
 
 def _beyond(causes: Sequence[NamedCause]) -> str:
     """What of them is beyond belief, with its verb: "the size is"."""
-    found = list(dict.fromkeys(f"the {cause.beyond}" for cause in causes))
+    found = list(dict.fromkeys(f"the {cause.beyond or 'size'}" for cause in causes))
     return f"{listed(found)} {'is' if len(found) == 1 else 'are'}"
 
 

@@ -121,15 +121,22 @@ class NamedCause:
     in_words: str
     """Size with its uncertainty, of the first effect."""
     share: float
-    """Part of the gap that it closes."""
+    """Part of the gap that it closes; of what is explained of the trials where runs stray (`of_evidence`)."""
     small: bool
     """Significant, but a negligible part of the gap."""
     implausible: bool
     """Its size is beyond what is believed of the vehicle: it looks like this cause, it need not be it."""
-    beyond: str = "size"
-    """What of it is: "size", or a parameter that says how well its form is known: "ln x ratio of 2.1"."""
+    beyond: str = ""
+    """What of it is: "size", or a parameter that says how well its form is known: "ln x ratio of 2.1"; empty where
+    nothing is."""
     direction: str = ""
     """On the earth, that several effects have in common: "303 +- 15 deg"; empty for one effect, or where none has."""
+    sizes: tuple[str, ...] = ()
+    """Size of each effect in words, were it the one that acts; empty for one that was not fitted in the others'
+    place."""
+    of_evidence: bool = False
+    """Whether `share` is that of the evidence: runs that stray from their records have no misfit that tells
+    anything."""
 
 
 def least_probable(causes: Sequence[NamedCause], otherwise: float) -> float:

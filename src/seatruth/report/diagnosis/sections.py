@@ -90,12 +90,11 @@ def _causes(diagnosis: Diagnosis, causes: list[NamedCause], caption: str) -> Tab
     rows = []
     for cause in causes:
         first = results.get(cause.effects[0])
-        size = text.readable(cause.in_words) or (text.parameters_in_words(first) if first else "")
         rows.append(
             [
                 cause.title,
                 " or ".join(known.get(name, name) for name in cause.effects),
-                size,
+                text.cause_size(diagnosis, cause),
                 percent(cause.share),
                 chance(cause.probability),
                 number(first.predictive_gain_lower, 3) if first else "",
@@ -105,7 +104,7 @@ def _causes(diagnosis: Diagnosis, causes: list[NamedCause], caption: str) -> Tab
     columns = [
         Column("cause", "long", "the finest node of the tree of causes that reaches its probability"),
         Column("effect", "long", "effects that these trials cannot tell apart, the most probable first"),
-        Column("size", "long", "of the most probable effect"),
+        Column("size", "long", "of each of these effects, were it the one that acts"),
         Column("share of the gap", "number", "of the misfit above the noise after the refit"),
         Column("probability", "number", "of the cause at this level"),
         Column("predictive gain, at least", "number", "on trials left out (nats); it is named only where positive"),

@@ -32,7 +32,8 @@ def which(diagnosis: Diagnosis, album: Album) -> Section:
     answers = diagnosis.answers()
     if answers:
         alt = f"Most probable answer: {text.in_titles(diagnosis, answers[0][0])}, {chance(answers[0][1])}."
-        caption = f"Probabilities of all answers add up to 1. {text.beside_answers_in_words(diagnosis)}".rstrip()
+        said = text.beside_answers_in_words(diagnosis), text.unnamed_in_words(diagnosis)
+        caption = " ".join(one for one in ("Probabilities of all answers add up to 1.", *said) if one)
         blocks.append(Pictures([album.picture(figures.answers(diagnosis), alt, caption)]))
     blocks += [
         _hypotheses(diagnosis),

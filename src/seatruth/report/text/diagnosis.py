@@ -34,6 +34,8 @@ SURE = 0.9
 
 NEAR = Settings().apart
 """Pairwise noncentrality below which two effects count as not distinguishable."""
+_PROBABLE = 0.5
+"""Probability from which an effect that is not named is told all the same. Chosen here [S]."""
 _ROUNDED = 0.005
 """Difference of two probabilities that is seen in print. Chosen here [S]."""
 _RATES = {"surge": "du/dt", "sway": "dv/dt", "heave": "dw/dt", "roll": "dp/dt", "pitch": "dq/dt", "yaw": "dr/dt"}
@@ -154,7 +156,32 @@ def cause_short(diagnosis: Diagnosis, cause: NamedCause) -> str:
 def remark(cause: NamedCause) -> str:
     """What limits a named cause, for a column of a table."""
     parts = ["looks like it"] if cause.implausible else []
-    return ", ".join([*parts, "negligible part of the gap"] if cause.small else parts)
+    parts += ["negligible part of the gap"] if cause.small else []
+    return ", ".join([*parts, "share of what is explained, since runs stray"] if cause.of_evidence else parts)
+
+
+def cause_size(diagnosis: Diagnosis, cause: NamedCause) -> str:
+    """The size of a named cause; of each of its effects where several look alike and each has another one."""
+    if len(cause.effects) > 1 and cause.sizes and all(cause.sizes):
+        return readable(" or ".join(cause.sizes))
+    first = next((effect for effect in diagnosis.effects if effect.name == cause.effects[0]), None)
+    return readable(cause.in_words) or (parameters_in_words(first) if first else "")
+
+
+def unnamed_in_words(diagnosis: Diagnosis) -> str:
+    """Effects that are probable and that the headline does not speak of, with the reason; '' where there are none."""
+    named = {name for cause in diagnosis.verdict.causes for name in cause.effects}
+    told = diagnosis.verdict.sentence
+    left = [
+        one
+        for one in diagnosis.effects
+        if one.probability >= _PROBABLE and one.name not in named and one.title not in told
+    ]
+    if not left:
+        return ""
+    shares = listed([f"{one.title} ({chance(one.probability)})" for one in left], 4)
+    them = "it" if len(left) == 1 else "them"
+    return f"Probable in these fits, and not named, since nothing beyond them bears {them} out: {shares}."
 
 
 def parameters_in_words(effect: EffectResult) -> str:
