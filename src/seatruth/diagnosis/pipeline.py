@@ -31,11 +31,12 @@ from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.search import search
 from seatruth.diagnosis.sections import finding as in_sections_finding
 from seatruth.diagnosis.settings import Settings
+from seatruth.diagnosis.stage import AGAIN, Stage
 from seatruth.effects import Effect
 from seatruth.errors import BadInput, SeatruthError
 from seatruth.models.isolated import failures_of, isolated_in
 from seatruth.processes import require_workers
-from seatruth.progress import Progress, ProgressEvent, remaining, silent
+from seatruth.progress import Progress, silent
 from seatruth.simulate import OutOfRuns
 from seatruth.storage.checkpoint import Checkpoint
 from seatruth.study import Study
@@ -44,8 +45,6 @@ from seatruth.trials.finding import Finding
 from seatruth.uncertainty.moved_coefficients import Coefficient, moved_coefficients
 
 _CUT = "stopped by the user; what is missing was not reached"
-_ENOUGH = 5
-"""Sets that are done before the time to go is told: the first ones compile kernels, and take longest. [S]"""
 _SPENT = "the budget of evaluations is used up; what is missing was not reached"
 
 
@@ -101,8 +100,8 @@ def diagnose(
     show, settings = progress or silent, settings or Settings()
     seed = study.seed if seed is None else seed
 
-    def say(stage: str) -> _Stage:
-        return _Stage(stage, show, began)
+    def say(stage: str, again: float = 0.0) -> Stage:
+        return Stage(stage, show, began, again)
 
     require_workers(workers)
     evaluations = study.diagnosis_budget if evaluations is None else evaluations
@@ -128,7 +127,7 @@ def diagnose(
             try:
                 # The fits of a black box share derivatives, and its runs go on at once within each of them.
                 many = workers if problem.few_runs is None else 1
-                found = search(problem, say("Hypotheses"), store, many, widen=effects is None, may_cut=True)
+                found = search(problem, say("Hypotheses", AGAIN), store, many, widen=effects is None, may_cut=True)
             except OutOfRuns:
                 raise BadInput(
                     f"{evaluations} evaluations are too few to fit the model alone",
@@ -207,28 +206,6 @@ def _set_aside_where_it_fails(what: str, study: Study, findings: list[Finding]) 
         text = f"Left out: {what}, because its algebra failed ({trouble})."
         do = "Look for wild values in the trials (`seatruth check`)."
         findings.append(Finding("warning", "part-missing", text, f"study {study.name!r}", do))
-
-
-class _Stage:
-    """Passes what is done next, how much is done and how much is expected on as progress."""
-
-    def __init__(self, stage: str, show: Progress, began: float) -> None:
-        self._stage, self._show, self._began = stage, show, began
-        self._from = time.perf_counter()
-
-    def __call__(self, message: str, done: int, total: int) -> None:
-        now = time.perf_counter()
-        self._show(
-            ProgressEvent(
-                self._stage,
-                done=done,
-                total=max(total, done),
-                elapsed_s=now - self._began,
-                remaining_s=remaining(done, max(total, done), now - self._from) if done >= _ENOUGH else None,
-                may_end_early=True,
-                message=message,
-            )
-        )
 
 
 def _work(study: Study, effects: Sequence[Effect], settings: Settings) -> str:
