@@ -208,7 +208,7 @@ def test_the_place_of_what_fits_best_is_no_surer_than_the_verdict_that_refuses_i
     assert p > 0.5
     assert told.startswith(f"It most probably acts in {gap.place_in_words(place)}")
     found.places = dict.fromkeys(found.places, 0.26)
-    assert gap.where_in_words(found).startswith("Where it acts is not decided: the most probable places are ")
+    assert gap.where_in_words(found).startswith("It is not decided where it acts: the most probable places are ")
     found.places = places
     found.effects = (replace(others[0], probability=0.92, acts_on=(place,)), *others[1:])
     told = gap.where_in_words(found)

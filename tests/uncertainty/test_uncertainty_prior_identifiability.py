@@ -40,9 +40,32 @@ def test_what_cancels_is_said_though_priors_hold_it() -> None:
     study = Study("pair", Inertias(), Trials([run]), parameters=Inertias.parameters, noise={"r": 0.001})
     found = prior_identifiability(study, threads=1)
     assert "not identifiable" not in set(found["verdict"])
+    assert found.attrs["fault"] == ""
     (said,) = found.attrs["reasons"]
     assert "only I_z - N_dr can be seen" in said
     assert "Priors alone hold them" in said
+
+
+class AtRest(Inertias):
+    """A moment by a power of the rate times the rudder angle: it has no slope amidships."""
+
+    name = "at_rest"
+
+    @staticmethod
+    def rhs(s, i, p):  # type: ignore[no-untyped-def]  # as a user writes it
+        return ((p.K * i.delta - abs(s.r * i.delta) ** 0.6) / (p.I_z - p.N_dr),)
+
+
+def test_a_run_without_derivatives_is_told_in_place_of_what_it_moves() -> None:
+    """Of a real glider, climbs began at rest, where atan2(w, u) has no slope: nothing was "identifiable"."""
+    t = np.arange(0.0, 10.0, 0.5)
+    delta = np.where(t > 3.0, 0.2, 0.0)
+    run = Trial("climb", t, {"delta": delta}, {"r": 0.01 + 0.0 * t}, synthetic=True)
+    study = Study("rest", AtRest(), Trials([run]), parameters=Inertias.parameters, noise={"r": 0.001})
+    found = prior_identifiability(study, threads=1)
+    assert found.attrs["fault"].startswith("From t = ")
+    assert "the model's run of 'climb' has no derivatives" in found.attrs["fault"]
+    assert found.attrs["reasons"] == []
 
 
 class Runaway(Model):

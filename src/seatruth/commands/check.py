@@ -154,6 +154,9 @@ def _preview(study: Study) -> pd.DataFrame:
     priors = sum(parameter.prior is not None for parameter in study.free)
     known = f", with the priors of {priors} of {len(study.free)} parameters" if priors else ""
     say(f"\nWhat the trials can move, at the start values and {noise}{known}:")
+    if frame.attrs["fault"]:
+        say(f"nothing. {frame.attrs['fault']}")
+        return frame
     rows = [
         [str(name), f"{row['value']:.4g}", f"{row['crlb']:.2g}", str(row["verdict"])] for name, row in frame.iterrows()
     ]

@@ -30,7 +30,8 @@ def prior_identifiability(study: EstimationProblem, threads: int | None = None) 
     Returns:
         Index parameter; columns value, crlb (both in its unit), verdict. `frame.attrs["reasons"]` lists in sentences
         what no trial of this kind tells apart: which scales or sums of parameters cancel, priors or not, and why those
-        are not identifiable that trade off.
+        are not identifiable that trade off. `frame.attrs["fault"]` says where the model has no derivatives, for want of
+        which nothing is known; it is empty where it has them.
 
     Raises:
         BadInput: The model cannot be simulated at its start values.
@@ -51,7 +52,8 @@ def prior_identifiability(study: EstimationProblem, threads: int | None = None) 
             "diverges), or start from other values.",
         )
     cost.reweight(x)
-    uncertainty = covariance(cost.residuals(x), cost.jacobian(x), cost.residual_blocks, white=True)
+    jacobian = cost.jacobian(x)
+    uncertainty = covariance(cost.residuals(x), jacobian, cost.residual_blocks, white=True)
     correlated = strongly_correlated(uncertainty)
     rows = {}
     for k, parameter in enumerate(cost.parameters):
@@ -62,8 +64,31 @@ def prior_identifiability(study: EstimationProblem, threads: int | None = None) 
             rows[parameter.name] = (float(x[k]), bound, word)
     frame = pd.DataFrame.from_dict(rows, orient="index", columns=["value", "crlb", "verdict"])
     frame.index.name = "parameter"
-    frame.attrs["reasons"] = _reasons(cost, x, set(frame.index[frame["verdict"] == "not identifiable"]))
+    lost = set(frame.index[frame["verdict"] == "not identifiable"])
+    fault = _without_derivatives(cost, jacobian)
+    frame.attrs |= {"reasons": [] if fault else _reasons(cost, x, lost), "fault": fault}
     return frame
+
+
+def _without_derivatives(cost: StudyCost, jacobian: Array) -> str:
+    """A sentence on where the first run that has no derivatives (N, K) loses them; empty where all have them.
+
+    Of a glider whose speed is recorded on dives alone, climbs began at rest, where atan2(w, u) has none: all
+    parameters were "not identifiable".
+    """
+    lost = [
+        (float(group.t[bad][0]), group.trial)
+        for group in cost.residual_blocks
+        if group.kind == "data" and (bad := ~np.isfinite(jacobian[group.rows]).all(axis=1)).any()
+    ]
+    if not lost:
+        return ""
+    first, trial = min(lost)
+    return (
+        f"From t = {first:g} s on the model's run of {trial!r} has no derivatives, so that nothing can be said of what "
+        "the trials move: a power of zero, or a division by it, as in abs(u) ** 0.6 or atan2(w, u) at rest. Keep it "
+        "from zero, as (u * u + 1e-9) ** 0.3, or begin elsewhere (`initial_state`)."
+    )
 
 
 def _inputs(study: EstimationProblem) -> str:

@@ -116,7 +116,7 @@ def where_in_words(diagnosis: Diagnosis) -> str:
             elif likely[0][1] > 0.5:
                 sentences.append(f"It most probably acts in {shares}.")
             else:
-                sentences.append(f"Where it acts is not decided: the most probable places are {shares}.")
+                sentences.append(f"It is not decided where it acts: the most probable places are {shares}.")
     seen = sorted(
         (row for row in channels(diagnosis) if row.multiple["refit"] > _SHOWS), key=lambda row: -row.multiple["refit"]
     )

@@ -93,7 +93,7 @@ def check_missing(trial: Trial) -> Iterator[Finding]:
                 "error",
                 "output-empty",
                 "No sample is valid.",
-                "Check the column, or say that the trial goes without this output.",
+                f'Check the column. A trial that did not record it says so in its [[trials]]: without = ["{name}"].',
                 channel=name,
             )
         elif not np.isfinite(values).all():
