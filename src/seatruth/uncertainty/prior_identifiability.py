@@ -53,6 +53,9 @@ def prior_identifiability(study: EstimationProblem, threads: int | None = None) 
         )
     cost.reweight(x)
     jacobian = cost.jacobian(x)
+    fault = _without_derivatives(cost, jacobian)
+    if fault:
+        jacobian = np.zeros_like(jacobian)
     uncertainty = covariance(cost.residuals(x), jacobian, cost.residual_blocks, white=True)
     correlated = strongly_correlated(uncertainty)
     rows = {}
@@ -65,7 +68,6 @@ def prior_identifiability(study: EstimationProblem, threads: int | None = None) 
     frame = pd.DataFrame.from_dict(rows, orient="index", columns=["value", "crlb", "verdict"])
     frame.index.name = "parameter"
     lost = set(frame.index[frame["verdict"] == "not identifiable"])
-    fault = _without_derivatives(cost, jacobian)
     frame.attrs |= {"reasons": [] if fault else _reasons(cost, x, lost), "fault": fault}
     return frame
 
