@@ -33,9 +33,9 @@ from scipy.optimize import minimize
 from scipy.special import expit, logit
 
 from seatruth.diagnosis import Settings
-from seatruth.diagnosis.posterior import currents, errors_of_sensors, on_board
+from seatruth.diagnosis.posterior import currents, errors_of_sensors, on_board, rivals
 from seatruth.diagnosis.tempering import beyond_the_form, errors_beside_forces, form_limit, sensors_alone, tempered
-from seatruth.effects import available
+from seatruth.effects import Effect, available
 from seatruth.errors import BadInput
 from withheld.names import UNKNOWN
 from withheld.same import one_name, twins
@@ -95,7 +95,9 @@ class Case:
     explained: float = 0.0
     """Log-evidence (nats) of the best hypothesis over the one without effects that has its discrepancy."""
     apart: NDArray[np.bool_] | None = None
-    """Whether a hypothesis has no effect of the best one's; None where no forces were fitted beside its effects."""
+    """Whether a hypothesis lacks all causes of the best one; None where no forces were fitted beside its effects."""
+    against: NDArray[np.intp] | None = None
+    """Place of the hypothesis with which each of those is compared."""
     forces: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """nats: what the best one explains, what forces alone explain of it, and what they add to it."""
     by_sensors: tuple[Array, NDArray[np.intp]] | None = None
@@ -199,8 +201,11 @@ def _explained(rows: Sequence[Mapping[str, Any]]) -> float:
 
 def _beside_forces(
     rows: Sequence[Mapping[str, Any]], keys: Sequence[tuple[str, ...]]
-) -> tuple[NDArray[np.bool_] | None, tuple[float, float, float]]:
-    """Which hypotheses share no effect with the best one, and what it, forces, and forces beside it explain."""
+) -> tuple[NDArray[np.bool_] | None, NDArray[np.intp] | None, tuple[float, float, float]]:
+    """Which hypotheses lack all causes of the best one, with what they are compared, and what forces explain.
+
+    That is what the best one, forces, and forces beside it explain.
+    """
     best = max(range(len(rows)), key=lambda k: float(rows[k]["log_evidence"]))
     leader = {*keys[best]} - {UNKNOWN}
     value = [float(row["log_evidence"]) for row in rows]
@@ -208,11 +213,23 @@ def _beside_forces(
     forces = [value[k] for k, row in enumerate(rows) if not row["effects"] and on[k]]
     beside = [value[k] for k, key in enumerate(keys) if on[k] and rows[k]["effects"] and {*key} <= leader]
     if not leader or not forces or not beside:
-        return None, (0.0, 0.0, 0.0)
+        return None, None, (0.0, 0.0, 0.0)
     null = min(value[k] for k, row in enumerate(rows) if not row["effects"])
     alone = max((value[k] for k, key in enumerate(keys) if not on[k] and {*key} == leader), default=null)
-    apart = np.array([not {*key} & leader for key in keys])
-    return apart, (value[best] - null, forces[0] - null, max(beside) - alone)
+    names = {name for key in keys for name in key} - {UNKNOWN}
+    apart, against = rivals(
+        tuple(sorted(leader)),
+        [tuple(name for name in key if name != UNKNOWN) for key in keys],
+        np.array(value),
+        {name: _effect(name) for name in names},
+    )
+    return apart, against, (value[best] - null, forces[0] - null, max(beside) - alone)
+
+
+def _effect(name: str) -> Effect:
+    """The installed effect of a name, which may be its form on one of several actuators: "thruster_gain_port"."""
+    known = available()
+    return known.get(name) or known[max((other for other in known if name.startswith(other)), key=len)]
 
 
 @cache
@@ -242,7 +259,7 @@ def posterior(case: Case, constants: Constants) -> Array:
     )
     if case.apart is not None:
         limit = form_limit(*case.forces, constants.unseen_form)
-        counts = beyond_the_form(counts, case.log_evidence, case.apart, limit, constants.temperature)
+        counts = beyond_the_form(counts, case.log_evidence, case.apart, limit, constants.temperature, case.against)
     if case.keys:
         on = case.discrepancy > 0.0
         heat = constants.unseen_form, constants.temperature, constants.model_form

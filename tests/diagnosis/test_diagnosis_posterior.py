@@ -268,6 +268,40 @@ def test_what_stands_for_another_form_of_the_hull_raises_no_temperature_of_what_
     assert posterior.explained_from(searched(fits)) == -392.0, "where the term leads alone, it is what explains"
 
 
+def test_a_form_of_the_hull_is_no_cause_that_two_sets_have_in_common(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An AUV whose rudder stands 1.5 deg off, with more cross-flow drag and speed loss than its model: its evidence.
+
+    The leading set needs no forces, and explains 5000 nats beside them. Cross-flow drag without the rudder, 363 nats
+    behind, had 20 % with its twin of another form, and an asymmetry, 4.5 nats behind the offset alone, had nothing.
+    """
+    for name in ("cross_flow", "turning_loss", "lateral_asymmetry"):
+        monkeypatch.setitem(EFFECTS, name, available()[name])
+    form = ("cross_flow", "turning_loss")
+    fits: dict[tuple[Key, bool], float] = {
+        ((), False): -4986.6,
+        ((), True): 0.0,
+        (("rudder_offset",), True): 278.4,
+        (("rudder_offset",), False): -2673.2,
+        (("lateral_asymmetry",), True): 273.9,
+        (("cross_flow", "rudder_offset"), True): 305.5,
+        (("cross_flow", "lateral_asymmetry"), True): 312.8,
+        (("cross_flow", "rudder_offset", "turning_loss"), False): 357.8,
+        (("cross_flow", "rudder_offset", "turning_loss"), True): 354.7,
+        (("cross_flow", "lateral_asymmetry", "turning_loss"), False): 355.0,
+        (("cross_flow", "lateral_asymmetry", "turning_loss"), True): 350.8,
+    }
+    screened = {((name,), True): -5.0 for name in form}
+    found = posterior.hypotheses(searched(fits, screened), SETTINGS)
+    acting = posterior.inclusion(found, list(EFFECTS))
+    acting = {name: acting[name] for name in ("rudder_offset", "lateral_asymmetry")}
+    assert sum(acting.values()) > 0.99
+    assert acting["rudder_offset"] == pytest.approx(acting["lateral_asymmetry"], rel=0.2)
+    # Told apart by far more than a form leaves, the two are not alike.
+    fits |= {key: value - 100.0 for key, value in fits.items() if "lateral_asymmetry" in key[0]}
+    apart = posterior.hypotheses(searched(fits, screened), SETTINGS)
+    assert posterior.inclusion(apart, list(EFFECTS))["rudder_offset"] > 0.99
+
+
 def test_what_a_sea_explains_raises_no_temperature_of_what_acts_beside_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """A thruster that gives 12 % less, beside waves that explain 1000 nats and their drift, which explains 370."""
     sea = ("wave_drift", "wave_forces")

@@ -86,6 +86,9 @@ def test_a_rival_that_is_further_behind_than_a_form_can_leave_is_behind_in_full(
     whole = beyond_the_form(evidence / 100.0, evidence, apart, 12.5, 2.0)
     assert whole[1] - whole[0] == pytest.approx(331.0 / 2.0), "no more than the temperature of all evidence leaves"
     assert whole[1] - whole[2] == pytest.approx(0.1), "it shares an effect with the leader"
+    beside = np.array([278.0, 274.0, 358.0])
+    compared = beyond_the_form(beside / 284.0, beside, np.array([False, True, False]), 6.0, 1.0, np.array([2, 0, 2]))
+    assert compared == pytest.approx(beside / 284.0), "4 nats behind what is of its form"
     near = np.array([95.0, 100.0])
     kept = beyond_the_form(near / 7.0, near, np.array([True, False]), 12.5, 2.0)
     assert kept == pytest.approx(near / 7.0), "a form can leave five nats"

@@ -184,7 +184,9 @@ def form_limit(explained: float, by_forces: float, beside: float, unseen: float)
     return (unseen + max(0.0, beside)) / part if part > 0.0 else math.inf
 
 
-def beyond_the_form(found: Array, evidence: Array, apart: Flags, limit: float, temperature: float) -> Array:
+def beyond_the_form(
+    found: Array, evidence: Array, apart: Flags, limit: float, temperature: float, against: Indices | None = None
+) -> Array:
     """Tempered evidence with what no wrong form of the leader explains counted in full, (H,) nats.
 
     Args:
@@ -193,6 +195,7 @@ def beyond_the_form(found: Array, evidence: Array, apart: Flags, limit: float, t
         apart: whether a hypothesis has no effect of the leader's (H,): it is a rival, not the leader with another form.
         limit: nats that the form of the leader can leave to it, see `form_limit`.
         temperature: divides all evidence, whatever it is about.
+        against: place of the hypothesis with which each is compared (H,); the best of all where None.
 
     Example:
         >>> import numpy as np
@@ -200,10 +203,10 @@ def beyond_the_form(found: Array, evidence: Array, apart: Flags, limit: float, t
         >>> beyond_the_form(evidence / 16.0, evidence, np.array([True, False]), 6.4, 1.0).round(2)
         array([ 5.78, 17.44])
     """
-    behind = evidence.max() - evidence
-    counts = found.max() - found
+    best, top = (evidence.max(), found.max()) if against is None else (evidence[against], found[against])
+    behind, counts = np.maximum(best - evidence, 0.0), np.maximum(top - found, 0.0)
     full = np.minimum(counts + np.maximum(0.0, behind - limit), np.maximum(behind / temperature, counts))
-    return np.where(apart, found.max() - full, found)
+    return np.where(apart & (behind > 0.0), np.minimum(found, top - full), found)
 
 
 def errors_beside_forces(
