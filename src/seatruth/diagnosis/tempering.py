@@ -264,7 +264,8 @@ def errors_beside_forces(
             if (name,) in places and evidence[places[name,]] > evidence[rest]:
                 continue
             gain = float(evidence[place] - evidence[rest])
-            counts = max(0.0, gain - unseen) / (temperature + model_form * max(0.0, gain))
+            # What explains less than its part is behind it in full.
+            counts = min(gain, 0.0) + max(0.0, gain - unseen) / (temperature + model_form * max(0.0, gain))
             raised[place] = max(raised[place], raised[rest] + counts)
     above = raised > found
     many = np.array([len(key) for key in keys], dtype=np.intp)
