@@ -7,6 +7,7 @@ import platform
 import subprocess
 from contextlib import suppress
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -46,8 +47,12 @@ def versions() -> dict[str, str]:
     return installed
 
 
+@cache
 def commit() -> str:
-    """The commit of the checkout that the package runs from, with "+" where files differ from it; "" outside one."""
+    """The commit of the checkout that the package runs from, with "+" where files differ from it; "" outside one.
+
+    As it was when this was first asked: a checkout may move on while a long run goes on with the code that it read.
+    """
     folder = Path(__file__).resolve().parent
     head = _git(folder, "rev-parse", "HEAD")
     # The package may be installed inside a checkout of something else.

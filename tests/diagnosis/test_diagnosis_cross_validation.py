@@ -126,7 +126,7 @@ def test_noise_of_few_samples_widens_the_interval_and_not_beyond_nothing() -> No
 def test_trials_that_hardly_show_the_gap_do_not_bound_what_is_explained() -> None:
     found = summary(folds([1.0, 1.0, 1.6], [1.0, 1.0, 1.1]), MANY)
     assert (found.lower, found.upper) == (-math.inf, math.inf)
-    assert ends_in_words(found) == "these trials do not bound it; the error falls in 1 of 3"
+    assert ends_in_words(found) == "with no useful bound; the error falls in 1 of 3 trials"
     assert not shrinks_surely(found)
 
 
@@ -143,7 +143,7 @@ def test_an_error_that_falls_in_each_of_enough_trials_falls_surely(count: int, s
 def test_an_interval_that_says_nothing_is_not_printed() -> None:
     found = summary(folds([9.0, 2.0], [2.0, 2.1]), MANY)
     assert found.upper - found.lower > 2.0
-    assert ends_in_words(found) == "these trials do not bound it; the error falls in 1 of 2"
+    assert ends_in_words(found) == "with no useful bound; the error falls in 1 of 2 trials"
 
 
 def test_where_there_is_no_gap_none_is_explained() -> None:

@@ -114,7 +114,7 @@ def test_a_report_that_tells_two_stories_is_noticed(tmp_path: Path) -> None:
         ("only_small", "No cause of practical size", "heading offset"),
         ("no_gap", "No gap beyond the noise", "No effect is needed"),
         ("underpowered", "These trials cannot decide", "No answer stands out"),
-        ("unknown", "A cause that is not in the library", "add to dr/dt: 0.250 v r / U^2 − 0.0200 (rad/s²)"),
+        ("unknown", "No cause of the library", "add to dr/dt: 0.250 v r / U^2 − 0.0200 (rad/s²)"),
         ("unknown_small", "A small rest without a known cause", "What the refitted model leaves is small"),
         ("one_trial", "A likely cause", "nothing can be left out"),
         ("interrupted", "So far: a likely cause", "This diagnosis is not complete: stopped by the user"),
@@ -213,7 +213,7 @@ def test_the_place_of_what_fits_best_is_no_surer_than_the_verdict_that_refuses_i
     found.effects = (replace(others[0], probability=0.92, acts_on=(place,)), *others[1:])
     told = gap.where_in_words(found)
     assert told.startswith(f"What fits best acts in {gap.place_in_words(place)} ({chance(p)})")
-    assert "the verdict says why it is not named" in told
+    assert "and is not named" in told
 
 
 def test_the_tree_and_the_places_show_where_it_acts() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cached_property, partial
 from typing import Any
@@ -22,11 +22,12 @@ from seatruth.diagnosis.earth_directions import common_direction
 from seatruth.diagnosis.experiment_design.select import HARDLY, next_trial, survivors, with_motion
 from seatruth.diagnosis.fit import not_converged, without_discrepancy
 from seatruth.diagnosis.gap import Gap, misfit
+from seatruth.diagnosis.headline import headline
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure
 from seatruth.diagnosis.information import Information
 from seatruth.diagnosis.localization import by_channel, in_region, in_time, shares, whitened
-from seatruth.diagnosis.other_forms import is_only_form, standing_beside, with_other_forms
+from seatruth.diagnosis.other_forms import standing_beside, with_other_forms
 from seatruth.diagnosis.outdone import without_outdone
 from seatruth.diagnosis.parts import NextTrial, Validation
 from seatruth.diagnosis.practical_size import is_certain_error, without_negligible, without_small, without_tiny
@@ -36,7 +37,6 @@ from seatruth.diagnosis.reported_sizes import refitted_coefficients
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sections import recorded
 from seatruth.diagnosis.sensor_errors import errors_of_sensor
-from seatruth.diagnosis.sentences import verdict_sentence
 from seatruth.diagnosis.shared_directions import is_shared
 from seatruth.diagnosis.size_errors import is_sure, sizes_of
 from seatruth.diagnosis.sizes import is_no_noise
@@ -276,17 +276,9 @@ class Assembly:
         causes = tuple(self._named(cluster) for cluster in said.clusters)
         probability = least_probable(causes, said.probability)
 
-        def named(names: Iterable[str]) -> list[str]:
-            return [problem.effects[name].title for name in names]
-
-        sentence = verdict_sentence(
-            said.kind, causes, probability, said.discrepancy, split, validation,
-            one_trial=len(problem.trials) == 1, acts=said.acts, stopped=self.search.interrupted,
-            form=named(name for name in said.form if not is_only_form(name, problem.effects)),
-            curve=named(name for name in said.form if is_only_form(name, problem.effects)),
-            part=named(said.part), refused=named(said.refused), along=named(said.along), drift=named(said.drift),
-            untried=named(said.untried), small=named(said.small), outdone=named(said.outdone), vague=named(said.vague),
-        )  # fmt: skip
+        sentence = headline(
+            self.search, self.study.model, said, causes, probability, split, validation, self._parameters
+        )
         acting = list(dict.fromkeys(p for cluster in said.clusters for p in places[cluster.effects[0]]))
         return Diagnosis(
             study=self.study.name,

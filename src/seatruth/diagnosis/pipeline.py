@@ -37,6 +37,7 @@ from seatruth.errors import BadInput, SeatruthError
 from seatruth.models.isolated import failures_of, isolated_in
 from seatruth.processes import require_workers
 from seatruth.progress import Progress, silent
+from seatruth.provenance import commit
 from seatruth.simulate import OutOfRuns
 from seatruth.storage.checkpoint import Checkpoint
 from seatruth.study import Study
@@ -96,6 +97,7 @@ def diagnose(
         >>> found.seed, [effect.name for effect in found.effects]
         (1, ['current'])
     """
+    commit()  # as the code is read, wherever the checkout is at the end
     began, cpu = time.perf_counter(), time.process_time()
     show, settings = progress or silent, settings or Settings()
     seed = study.seed if seed is None else seed

@@ -8,6 +8,7 @@ vehicle, and cannot change what one sensor says of it.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,10 @@ from seatruth.diagnosis.hypothesis_fits import ensure
 from seatruth.diagnosis.prediction_errors import PredictionErrors, Simulated, noise_deviation
 from seatruth.diagnosis.sections import left_out_together
 from seatruth.diagnosis.sensor_channels import sensor_channels
+from seatruth.text import listed
+
+_MOST = 0.5
+"""Part of what free terms leave of its own channels from which it is told what an error of a sensor closes. [S]"""
 
 
 @dataclass(frozen=True)
@@ -55,3 +60,21 @@ def errors_of_sensor(search: Search, name: str, shown: Key) -> list[SensorErrors
             if not math.isnan(before):
                 found.append(SensorErrors(errors.noise(search.leader, channels), before, after))
     return found
+
+
+def closed_of_its_own(errors: Sequence[SensorErrors], channels: Sequence[str]) -> str:
+    """What an error of a sensor closes of its own channels in trials left out, where it is most of it; else empty.
+
+    Over all channels it may close nothing. Of an ROV whose positions came 1.0 s late the delay was right to 1 %, and
+    closed all that they missed; headings, of which it says nothing, were missed as much as without it.
+
+    Example:
+        >>> closed_of_its_own([SensorErrors(1.0, 3.0, 1.1), SensorErrors(1.0, 2.0, 1.0)], ["x", "y"])
+        'Of what x and y miss there beside free terms, it closes 97 %.'
+    """
+    missed = sum(max(0.0, one.without - one.noise) for one in errors)
+    closed = sum(one.without - one.having for one in errors)
+    if not (missed > 0.0 and closed > _MOST * missed):
+        return ""
+    verb, part = "misses" if len(channels) == 1 else "miss", 100.0 * min(1.0, closed / missed)
+    return f"Of what {listed(channels)} {verb} there beside free terms, it closes {part:.0f} %."

@@ -60,6 +60,7 @@ def verdict_sentence(
     untried: Sequence[str] = (),
     drift: Sequence[str] = (),
     vague: Sequence[str] = (),
+    own: Sequence[str] = (),
     acts: bool = False,
     stopped: bool = False,
 ) -> str:
@@ -84,6 +85,7 @@ def verdict_sentence(
             equations do.
         untried: titles of effects that may as well be something that cannot be tried on the model.
         drift: titles of errors of positions that a model with another drift in turns shows as well.
+        own: what errors of sensors close in their own channels, where the gap does not shrink surely over all.
         vague: titles of effects of different kinds that look alike, too many to be one cause.
         acts: whether it is sure that something acts, where these trials cannot decide what.
         stopped: whether the search ended before all effects were compared.
@@ -106,7 +108,8 @@ def verdict_sentence(
         withdrawn = _outdone(outdone, beside=False), _untried(untried, beside=False), _drifting(drift, beside=False)
         return _joined(first, said, *form_or_course, _unpredictive(refused), *withdrawn, beside)
     rest = _outdone(outdone, beside=True), _untried(untried, beside=True), _drifting(drift, beside=True)
-    return _joined(first, _named(causes, probability, discrepancy, shares, validation, one_trial), *rest, beside)
+    named = _named(causes, probability, discrepancy, shares, validation, one_trial)
+    return _joined(first, named, *own, *rest, beside)
 
 
 def chance(probability: float) -> str:
@@ -170,7 +173,7 @@ def ends_in_words(validation: Validation) -> str:
     """The interval of the part of the gap that is explained; where that says nothing, in how many trials it shrinks."""
     if not validation.upper - validation.lower < _NO_BOUND:
         smaller = sum(fold.error_effects < fold.error_refit for fold in validation.folds)
-        return f"these trials do not bound it; the error falls in {smaller} of {len(validation.folds)}"
+        return f"with no useful bound; the error falls in {smaller} of {len(validation.folds)} trials"
     return f"95 % interval {whole_percent(validation.lower)} to {whole_percent(validation.upper)}"
 
 
@@ -298,7 +301,7 @@ def _drifting(titles: Sequence[str], *, beside: bool) -> str:
 
 def _unknown(causes: Sequence[NamedCause], probability: float, shares: Shares) -> str:
     sure = f"(probability {chance(probability)})"
-    text = f"Something acts that is not in the library {sure}."
+    text = f"Something acts that is not in the library, or terms of the model have another form {sure}."
     if meets_noise(shares):
         multiple = math.sqrt(max(shares.misfit_refit, 0.0))
         text = (

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from seatruth.effects.base import Effect
 from seatruth.effects.kinematics import G
-from seatruth.effects.loading import with_weight
+from seatruth.effects.loading import Weight, with_weight
 from seatruth.models.parameter import Parameter, Prior
 
 
-class BuoyancyGradient(Effect):
+class BuoyancyGradient(Weight):
     """Net weight that changes with the depth: denser water below, or a hull or foam that is compressed."""
 
     name = "buoyancy_gradient"
@@ -44,7 +43,7 @@ class BuoyancyGradient(Effect):
         return with_weight(e, s, q.share * d.mass * G * s.z)
 
 
-class Flooding(Effect):
+class Flooding(Weight):
     """Net weight that grows from the start of each trial on: a leak, or air that leaves the hull."""
 
     name = "flooding"

@@ -8,6 +8,7 @@ from typing import Any
 
 from seatruth.effects.base import Effect
 from seatruth.effects.kinematics import G
+from seatruth.models.base import Model
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.trials.channel import Channel
 
@@ -30,6 +31,15 @@ def with_weight(e: Any, s: Any, weight: Any, ahead: Any = 0.0) -> Any:
         M=e.M - ahead * down,
         N=e.N + ahead * aside,
     )
+
+
+class Weight(Effect):
+    """A weight too much or too little: it pushes ahead as well where the hull can pitch."""
+
+    def places(self, model: Model) -> tuple[str, ...]:
+        standard = {model.standard_of(channel.name)[0] for channel in (*model.states, *model.outputs)}
+        found = super().places(model)
+        return found if "theta" in standard else tuple(place for place in found if place != "surge")
 
 
 class LateralOffset(Effect):
@@ -56,7 +66,7 @@ class LateralOffset(Effect):
         return e._replace(K=e.K + K, N=e.N + moment * math.sin(s.theta))
 
 
-class NetWeight(Effect):
+class NetWeight(Weight):
     """Weight and buoyancy differ more than the model says."""
 
     name = "net_weight"

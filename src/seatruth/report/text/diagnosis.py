@@ -128,7 +128,7 @@ def _said(diagnosis: Diagnosis) -> str:
         return "These trials cannot decide"
     if verdict.kind == "unknown":
         small = meets_noise(diagnosis.shares)
-        return "A small rest without a known cause" if small else "A cause that is not in the library"
+        return "A small rest without a known cause" if small else "No cause of the library"
     if not causes:
         return "No cause of practical size"
     if all(cause.implausible for cause in causes):
@@ -336,11 +336,19 @@ def undeclared_in_words(diagnosis: Diagnosis) -> str:
 
 
 def undetectable(diagnosis: Diagnosis) -> list[EffectResult]:
-    """Effects that these trials could not have shown at their typical magnitude."""
+    """Effects that these trials could not have shown at their typical magnitude.
+
+    Not what they do show, nor a fault of one actuator beside that of all.
+    """
+    wholes = {effect.title for effect in diagnosis.effects}
     return [
         effect
         for effect in diagnosis.effects
-        if effect.typical and not any(effect.detectable.get(q, math.inf) <= size for q, size in effect.typical.items())
+        if effect.typical
+        and effect.probability < _PROBABLE
+        and effect.title not in diagnosis.verdict.sentence
+        and not any(effect.title.startswith(f"{whole}: ") for whole in wholes)
+        and not any(effect.detectable.get(q, math.inf) <= size for q, size in effect.typical.items())
     ]
 
 

@@ -112,7 +112,7 @@ def where_in_words(diagnosis: Diagnosis) -> str:
             if diagnosis.verdict.kind != "unknown":
                 sentences.append(f"If something acts, the most probable places are {shares}.")
             elif _rests_on_what_is_not_named(diagnosis, likely[0][0]):
-                sentences.append(f"What fits best acts in {shares}; the verdict says why it is not named.")
+                sentences.append(f"What fits best acts in {shares}, and is not named.")
             elif likely[0][1] > 0.5:
                 sentences.append(f"It most probably acts in {shares}.")
             else:

@@ -1,0 +1,67 @@
+"""The headline of a diagnosis from its decision: effects by their titles, with their sizes where they are not named."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+
+from seatruth.diagnosis.decision import Decision
+from seatruth.diagnosis.hypotheses import Search
+from seatruth.diagnosis.other_forms import is_only_form
+from seatruth.diagnosis.parts import Shares, Validation
+from seatruth.diagnosis.posterior import SENSOR
+from seatruth.diagnosis.sensor_channels import sensor_channels
+from seatruth.diagnosis.sensor_errors import closed_of_its_own, errors_of_sensor
+from seatruth.diagnosis.sentences import shrinks_surely, verdict_sentence
+from seatruth.diagnosis.sizes_in_words import effect_in_words
+from seatruth.diagnosis.verdict import EffectParameter, NamedCause
+from seatruth.effects.causes import is_within
+from seatruth.models.base import Model
+
+
+def headline(
+    search: Search,
+    model: Model,
+    said: Decision,
+    causes: Sequence[NamedCause],
+    probability: float,
+    shares: Shares,
+    validation: Validation | None,
+    parameters: Callable[[str], Sequence[EffectParameter]],
+) -> str:
+    """The sentences of a decision. `parameters` gives those of an effect as the trials have them."""
+    effects = search.problem.effects
+
+    def named(names: Iterable[str]) -> list[str]:
+        return [effects[name].title for name in names]
+
+    def sized(names: Iterable[str]) -> list[str]:
+        # A size tells the reader what was refused: a compass 4.04 deg off, which was right, stood there without one.
+        found = {name: effect_in_words(effects[name], model, parameters(name)) for name in names}
+        return [f"{effects[name].title} ({size})" if size else effects[name].title for name, size in found.items()]
+
+    return verdict_sentence(
+        said.kind, causes, probability, said.discrepancy, shares, validation,
+        one_trial=len(search.problem.trials) == 1, acts=said.acts, stopped=search.interrupted,
+        form=named(name for name in said.form if not is_only_form(name, effects)),
+        curve=named(name for name in said.form if is_only_form(name, effects)),
+        part=named(said.part), refused=sized(said.refused), along=named(said.along), drift=sized(said.drift),
+        untried=sized(said.untried), small=named(said.small), outdone=sized(said.outdone), vague=named(said.vague),
+        own=_own_channels(search, said, causes, validation),
+    )  # fmt: skip
+
+
+def _own_channels(
+    search: Search, said: Decision, causes: Sequence[NamedCause], validation: Validation | None
+) -> list[str]:
+    """What errors of sensors close in their own channels of trials left out, where over all that is not surely much."""
+    problem, names = search.problem, [cause.effects[0] for cause in causes if not cause.small]
+    alone = all(is_within(problem.effects[name].cause, SENSOR) for name in names)
+    if validation is None or shrinks_surely(validation) or not alone:
+        return []
+    told = [
+        closed_of_its_own(
+            errors_of_sensor(search, name, said.shown), [problem.outputs[k] for k in sensor_channels(problem, name)]
+        )
+        for name in names
+    ]
+    return [sentence for sentence in told if sentence]

@@ -1,0 +1,58 @@
+"""The headline of a decision."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import small_case as small
+
+from seatruth.diagnosis.decision import Decision
+from seatruth.diagnosis.headline import headline
+from seatruth.diagnosis.hypotheses import Search
+from seatruth.diagnosis.parts import Fold, Shares, Validation
+from seatruth.diagnosis.search import search
+from seatruth.diagnosis.size_errors import sizes_of
+from seatruth.diagnosis.verdict import EffectParameter, NamedCause
+
+SHARES = Shares(0.1, 0.2, 0.65, 0.05, 10.0, 8.0, 1.1)
+FOLDS = tuple(Fold(name, ("gyro_bias",), 3.0, 2.9, 2.8, 2.7, 1.0, 0.2, 9.0) for name in ("a", "b"))
+UNPROVEN = Validation(FOLDS, 0.05, -0.4, 0.5, 0.1)
+TRUTH = {"gyro_bias_b": 0.004}
+
+
+@pytest.fixture(scope="module")
+def found(ship_folder: Path) -> Search:
+    """Trials of a ship whose gyro has a bias."""
+    runs = small.trials(ship_folder, TRUTH, specs=["gyro_bias"])
+    return search(small.problem(ship_folder, runs), small.silent)
+
+
+def parameters(found: Search, name: str) -> tuple[EffectParameter, ...]:
+    fit = found.best((name,))
+    return () if fit is None else sizes_of(found.problem, fit, name)
+
+
+def test_what_is_refused_is_told_with_its_size(found: Search) -> None:
+    """Of an ROV a compass 4.04 deg off, which was right, was refused without a number."""
+    said = Decision("unknown", (), 0.99, True, (), outdone=("gyro_bias",))
+    text = headline(
+        found, found.problem.study.model, said, (), 0.99, SHARES, None, lambda name: parameters(found, name)
+    )
+    assert "It looks like yaw rate bias (b 0.2" in text
+    assert "deg/s), but trials left out do not bear it out" in text
+
+
+def test_an_error_of_a_sensor_is_measured_in_its_own_channels_where_all_others_drown_it(found: Search) -> None:
+    cause = NamedCause("sensor", "yaw rate bias", ("gyro_bias",), 0.99, "b 0.23 +- 0.01 deg/s", 0.2, False, False)
+    said = Decision("effects", (), 0.99, False, ("gyro_bias",))
+
+    def told(validation: Validation, *causes: NamedCause) -> str:
+        model = found.problem.study.model
+        return headline(found, model, said, causes, 0.99, SHARES, validation, lambda name: parameters(found, name))
+
+    assert "Of what r misses there beside free terms, it closes" in told(UNPROVEN, cause)
+    assert "beside free terms" not in told(replace(UNPROVEN, lower=0.02), cause)
+    rudder = replace(cause, effects=("rudder_offset",))
+    assert "beside free terms" not in told(UNPROVEN, cause, rudder), "whole runs judge what moves the vehicle"
