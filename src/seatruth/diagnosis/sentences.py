@@ -215,7 +215,7 @@ def _named(
         sure_of = "" if sure else f" (probability {chance(probability)})"
         sentences.append(
             f"{subject} like {_listed(doubtful)}{sure_of}, but {_beyond(doubtful)} beyond what is believed of this "
-            "vehicle: another cause may act in the same way."
+            "vehicle, or stated of it: another cause may act in the same way."
         )
     if not large:
         sentences.append("No cause of practical size is seen.")
