@@ -102,6 +102,20 @@ def test_an_arm_of_a_part_of_the_length_looks_like_drift_too() -> None:
     assert drift_error(of, seen, "position_lever_arm") == 0.0  # v is recorded
 
 
+def test_a_planing_craft_drifts_less_as_its_model_says() -> None:
+    """Of two boats antennas that were where the study had them were 0.2 to 0.6 of the length off, at 96 to 99 %."""
+    inputs = [{"delta": zigzag(120, 0.2, 20.0)}, {"delta": zigzag(120, 0.1, 40.0)}]
+    size = Long.dimensions(None).length
+
+    def found(boat: type[Boat], part: float) -> list[str]:
+        of = Problem(study(boat(), trials(boat(), inputs, headings=(0.0, 1.0))), load_effects(EFFECTS), Settings())
+        return like(of, "position_lever_arm", {"forward": part * size, "starboard": 0.0})
+
+    assert found(Skimming, 0.35) == ["position_lever_arm"]
+    assert found(Skimming, 0.45) == []
+    assert found(Logged, 0.35) == [], "where the speed abeam is recorded, it shows the drift"
+
+
 def test_what_stands_beside_it_stays() -> None:
     entries = (("heading_bias", "position_delay"), 0.97, True), ((), 0.03)
     said = decided(*entries)
@@ -119,6 +133,20 @@ class Tracked(Boat):
     @staticmethod
     def initial_state(y: Any, i: Any, p: Any) -> tuple[Any, ...]:
         return y.u, 0.0, y.r, y.psi, y.x, y.y
+
+
+class Skimming(Tracked):
+    """A planing boat of the same length as the long one."""
+
+    name, kind = "skimming", "planing"
+    dimensions = staticmethod(Long.dimensions)
+
+
+class Logged(Skimming):
+    """The same with its speed abeam."""
+
+    name = "logged"
+    outputs = Boat.outputs
 
 
 def test_the_usual_error_of_the_drift_stays_in_an_arm_and_a_delay() -> None:

@@ -40,8 +40,12 @@ _USUAL_OF_DELAYS = 0.06
 """The same of what a late position moves. [S] How soon a vehicle slides after it turns, and gains speed after its
 drive, shows as a delay as well: what was off of five late receivers moved them by 0.02, 0.02, 0.03, 0.04 and, of a boat
 with an outboard, by 0.12 of the length; the root of their mean square is 0.06."""
-_OF_LENGTH = 2.0 * _USUAL
-"""Part of the vehicle's length up to which an antenna's place ahead is that error: two deviations of it."""
+_USUAL_OF_PLANING = 0.2
+"""The same of a planing craft, whose wetted hull, and drift with it, changes with speed and heel. [S] Of two boats whose
+models have another form antennas were named, or led, that were where the study had them: 1.27 to 1.79 m ahead in three
+states of one of 7.2 m, 0.18 to 0.25 of the length, and 4.8 m of one of 7.5 m."""
+_WITHIN = 2.0
+"""Deviations of the usual error up to which an antenna's place ahead is that error: two, by convention."""
 _ANTENNA, _TIMING = "sensor.alignment.position", "sensor.timing"
 _REST = 0.25
 """Part of what an effect moves the positions by, in squares, that a place ahead leaves, up to which it looks like one.
@@ -72,9 +76,20 @@ def look_like_drift(problem: Problem, fit: Fit | None, names: Sequence[str]) -> 
     """
     places = {name: _place(problem, fit.point, name) for name in names} if fit is not None else {}
     least = {name: _PART * abs(at.drift) for name, at in places.items() if at is not None and at.is_ahead}
-    short = _OF_LENGTH * _length(problem)
+    short = _WITHIN * _usual(problem) * _length(problem)
     least |= {name: max(part, short) for name, part in least.items() if problem.effects[name].cause == _ANTENNA}
     return [name for name, at in places.items() if at is not None and abs(at.ahead) < least.get(name, 0.0)]
+
+
+def _usual(problem: Problem) -> float:
+    """Part of the length that a model usually misses of its drift in turns."""
+    hidden = not _shows_drift(problem)
+    return _USUAL_OF_PLANING if problem.study.model.kind == "planing" and hidden else _USUAL
+
+
+def _shows_drift(problem: Problem) -> bool:
+    """Whether trials record the speed abeam, over ground or through the water."""
+    return bool({"v", "v_w"} & {*_standard(problem, problem.outputs)})
 
 
 def _length(problem: Problem) -> float:
@@ -90,12 +105,12 @@ def drift_error(problem: Problem, fit: Fit, name: str) -> float:
     error of the drift does not shrink with it: the usual one is a part of the vehicle's length, where that is larger.
     However many turns there are, all of them show the same drift.
     """
-    if not fit.discrepancy or {"v", "v_w"} & {*_standard(problem, problem.outputs)}:
+    if not fit.discrepancy or _shows_drift(problem):
         return 0.0
     at = _place(problem, fit.point, name)
     if at is None or not at.is_ahead:
         return 0.0
-    usual = _USUAL_OF_DELAYS if is_within(problem.effects[name].cause, _TIMING) else _USUAL
+    usual = _USUAL_OF_DELAYS if is_within(problem.effects[name].cause, _TIMING) else _usual(problem)
     return usual * max(abs(at.drift), _length(problem)) / abs(at.ahead)
 
 
