@@ -42,8 +42,8 @@ drive, shows as a delay as well: what was off of five late receivers moved them 
 with an outboard, by 0.12 of the length; the root of their mean square is 0.06."""
 _USUAL_OF_PLANING = 0.2
 """The same of a planing craft, whose wetted hull, and drift with it, changes with speed and heel. [S] Of two boats
-whose models have another form antennas were named, or led, that were where the study had them: 1.27 to 1.79 m ahead in three
-states of one of 7.2 m, 0.18 to 0.25 of the length, and 4.8 m of one of 7.5 m."""
+whose models have another form antennas were named, or led, that were where the study had them: 1.27 to 1.79 m ahead in
+three states of one of 7.2 m, 0.18 to 0.25 of the length, and 4.8 m of one of 7.5 m."""
 _WITHIN = 2.0
 """Deviations of the usual error up to which an antenna's place ahead is that error: two, by convention."""
 _ANTENNA, _TIMING = "sensor.alignment.position", "sensor.timing"
