@@ -103,7 +103,8 @@ def fit_null(found: Search) -> None:
     if problem.discrepancy is not None and bare and (loose is None or loose.evidence < bare.evidence - _NESTED):
         little = bare.sizes.with_discrepancy(_SMALL)
         fit_once(found, (), True, bare.point, little, attempt="from its fit without discrepancy")
-    for on in (True,) if strays(found) else (False, True):  # runs that stray without forces measure nothing
+    lost = strays(found) and not found.fits[(), False].settled  # further attempts at it do not converge either
+    for on in (True,) if lost else (False, True):
         fit_again(found, discrepancy=on)
 
 
@@ -294,8 +295,7 @@ def _fit_bare(found: Search, key: Key, near: Fit, start: Point) -> tuple[Point, 
     gap = best - plain.evidence if plain is not None else 0.0
     # Where the model alone strays, a slope beside forces says nothing of what an effect does without them.
     if plain is not None and strays(found) and near.discrepancy and not near.effects:
-        words = _FROM_ITS_BEST_PART
-        return start, fit_once(found, key, False, plain.point, plain.sizes, attempt=words, rival=best - HOPE)
+        return start, fit_once(found, key, False, plain.point, plain.sizes, _FROM_ITS_BEST_PART, best - HOPE)
     if not near.discrepancy or expected > best - max(HOPE, gap / 2.0):
         return start, fit_once(found, key, False, stepped(problem, likelihood, bare, key, start), bare)
     return start, None
