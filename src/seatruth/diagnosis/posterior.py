@@ -188,13 +188,16 @@ def all_round(trials: Iterable[Trial]) -> bool:
     return bool(abs(headings[np.isfinite(headings)].mean()) < _ROUND)
 
 
-def rivals(leader: Key, keys: Sequence[Key], evidence: Array, effects: Mapping[str, Effect]) -> tuple[Flags, Indices]:
+def rivals(
+    leader: Key, keys: Sequence[Key], evidence: Array, effects: Mapping[str, Effect]
+) -> tuple[Flags, Indices | None]:
     """Which hypotheses (H,) lack all causes of the leading set, and the place of that with which each is compared.
 
     Terms that stand for another form of the hull, and a sea, are no causes that two sets may have in common, where the
     leader has others. Each set is compared with the best one that has the leader's causes beside the same form: of an
     AUV whose rudder stood 1.5 deg off, cross-flow drag alone was 363 nats behind that offset beside it, and had 20 %
-    with its twin, and an asymmetry that was 4.5 nats behind the offset by itself had nothing.
+    with its twin, and an asymmetry that was 4.5 nats behind the offset by itself had nothing. None for the places where
+    the leader has no such form, or nothing else: then each is compared with the best of all.
 
     Example:
         >>> import numpy as np
@@ -206,10 +209,9 @@ def rivals(leader: Key, keys: Sequence[Key], evidence: Array, effects: Mapping[s
     parts = [frozenset(hull_forms_in(key, effects)) | frozenset(seas_in(key, effects)) for key in (leader, *keys)]
     own = {*leader} - parts[0] or {*leader}
     apart = np.array([not own & {*key} for key in keys], dtype=np.bool_)
-    best = int(np.argmax(evidence))
-    against = np.full(len(keys), best, dtype=np.intp)
     if own == {*leader}:
-        return apart, against
+        return apart, None
+    best = int(np.argmax(evidence))
     with_them: dict[frozenset[str], int] = {}
     for place in np.argsort(-evidence, kind="stable").tolist():
         if own <= {*keys[place]}:
