@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 from packaging.requirements import Requirement
+from packaging.specifiers import SpecifierSet
 from packaging.utils import canonicalize_name
 
 import seatruth
@@ -188,3 +189,17 @@ def test_only_other_versions_of_direct_dependencies_are_a_reason_to_skip() -> No
     assert pins.other_versions({**installed, "numpy": "1.0"}) == [f"numpy {installed['numpy']}"]
     with pytest.raises(ValueError, match="no exact version"):
         pins.exact(Requirement("numpy==2.*"))
+
+
+def test_every_pinned_version_works_with_the_least_python() -> None:
+    """With Python 3.11.2, as Debian 12 has it, nothing could be installed: one pin asked for 3.11.5."""
+    require_pinned()
+    least = PROJECT["project"]["requires-python"].removeprefix(">=")
+    later = {}
+    for name, exact in PINNED.items():
+        with suppress(PackageNotFoundError):
+            found = distribution(name)
+            asked = found.metadata.get("Requires-Python")
+            if found.version == exact and asked and not SpecifierSet(asked).contains(f"{least}.0"):
+                later[name] = asked
+    assert not later, f"pin an older version in constraints.txt: {later}"

@@ -162,6 +162,25 @@ def test_what_closes_most_of_one_channel_is_not_small_beside_another_that_is_mis
     assert shown == pytest.approx(expected, abs=0.002)
 
 
+@pytest.mark.parametrize(
+    ("refit", "effects", "share", "of_evidence"),
+    [
+        (300e3, 1000.0, 1.0, False),  # the misfit tells the same
+        (250e3, 54e3, 1.0, True),  # a planing boat: 100 % beside 79 % of the misfit
+        (50e3, 1000.0, 0.5, False),  # runs do not stray
+        (math.inf, 1000.0, 1.0, True),
+    ],
+)
+def test_a_share_of_the_evidence_is_told_where_the_misfit_tells_another(
+    monkeypatch: pytest.MonkeyPatch, refit: float, effects: float, share: float, of_evidence: bool
+) -> None:
+    problem = SimpleNamespace(settings=SimpleNamespace(stray=100.0, small_share=0.05), count=1000)
+    gap = Gap(cast(Any, SimpleNamespace(fits={}, problem=problem)), np.ones(1), ("current",))
+    gap.__dict__["misfits"] = {"refit": refit, "effects": effects}
+    monkeypatch.setattr(Gap, "share", lambda self, name: share)
+    assert gap.is_of_evidence("current") == of_evidence
+
+
 def test_the_size_of_an_effect_is_told_in_typical_ones(ship_folder: Path, offset_runs: list[Trial]) -> None:
     """Of a rudder 0.02 rad is typical."""
     found = search(small.problem(ship_folder, offset_runs), small.silent)

@@ -374,7 +374,7 @@ class Assembly:
             beyond=furthest(effect, parameters) if implausible else "",
             direction=common_direction([self._parameters(n) for n in cluster.effects]),
             sizes=tuple(effect_in_words(self.problem.effects[n], model, self._parameters(n)) for n in members),
-            of_evidence=self.gap.strays,
+            of_evidence=self.gap.is_of_evidence(name),
         )
 
     @cached_property

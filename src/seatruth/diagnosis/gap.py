@@ -190,6 +190,14 @@ class Gap:
             return most if most > _MOST else max(closed, self.closed_in_its_sensor(name))
         return closed
 
+    def is_of_evidence(self, name: str) -> bool:
+        """Whether the share of an effect is that of the evidence, and not about what the misfit of whole runs tells."""
+        plain, named = self.misfits["refit"], self.misfits["effects"]
+        if not self.strays:
+            return False
+        closed = (plain - named) / (plain - self.problem.count) if math.isfinite(plain) else math.nan
+        return len(self.key) > 1 or not abs(closed - self.share(name)) < self.problem.settings.small_share
+
     def closed_in_its_sensor(self, name: str) -> float:
         """Part of the misfit of the channels of its sensors that an error of these closes; zero of another effect.
 

@@ -135,8 +135,8 @@ class NamedCause:
     """Size of each effect in words, were it the one that acts; empty for one that was not fitted in the others'
     place."""
     of_evidence: bool = False
-    """Whether `share` is that of the evidence: runs that stray from their records have no misfit that tells
-    anything."""
+    """Whether `share` is that of the evidence, and not about that of the misfit: runs that stray from their records
+    have no misfit that tells anything."""
 
 
 def least_probable(causes: Sequence[NamedCause], otherwise: float) -> float:
