@@ -40,6 +40,13 @@ def write_ship(folder: Path) -> None:
     (folder / "zigzag.csv").write_text(log())
 
 
+def begun(folder: Path) -> Path:
+    """The study file that `init` writes of them; the folder is the current one."""
+    write_ship(folder)
+    assert call("init", "zigzag.csv", "--model", "ship.py:Nomoto") == 0
+    return folder / "zigzag.toml"
+
+
 def log() -> str:
     """A zigzag of the model above with K = 0.12, T = 8 and a little noise, as a logger writes it."""
     rng = np.random.default_rng(1)

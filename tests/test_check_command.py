@@ -6,7 +6,7 @@ from importlib.resources import as_file, files
 from pathlib import Path
 
 import pytest
-from nomoto_ship import SHIP, call, write_ship
+from nomoto_ship import SHIP, begun, call, write_ship
 
 from seatruth.commands import check
 from seatruth.trials.finding import Finding
@@ -28,9 +28,7 @@ def test_the_preview_says_at_which_noise_its_errors_hold(
     said: str,
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    write_ship(tmp_path)
-    assert call("init", "zigzag.csv", "--model", "ship.py:Nomoto") == 0
-    study = tmp_path / "zigzag.toml"
+    study = begun(tmp_path)
     lines = "".join(f'{name} = "{value}"\n' for name, value in noise.items())
     study.write_text(study.read_text().replace("[noise]\n", f"[noise]\n{lines}"))
     assert call("check", "zigzag.toml") in (0, 1)
@@ -96,9 +94,7 @@ def test_nothing_is_called_identified_where_runs_lose_the_record(
 ) -> None:
     """Of an ROV that missed its heading by three turns a pull of 235 N was "identified" to 0.03 N."""
     monkeypatch.chdir(tmp_path)
-    write_ship(tmp_path)
-    assert call("init", "zigzag.csv", "--model", "ship.py:Nomoto") == 0
-    study = tmp_path / "zigzag.toml"
+    study = begun(tmp_path)
     study.write_text(study.read_text().replace("[parameters]\n", "[parameters]\nK = { value = 0.9 }\n"))
     capsys.readouterr()
     assert call("check", "zigzag.toml") in (0, 1)

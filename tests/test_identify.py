@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from known_glide import NOISE, TRUE, Glide, sailed, same, study
-from nomoto_ship import call, write_ship
+from nomoto_ship import begun, call
 
 from seatruth import sample
 from seatruth.commands.identify import _interval, show
@@ -50,9 +50,7 @@ def test_a_stated_noise_gives_way_to_the_misfit_where_that_is_asked_for(
 ) -> None:
     """A diagnosis takes the data sheet's noise, a fit all that the model misses: one study file serves both."""
     monkeypatch.chdir(tmp_path)
-    write_ship(tmp_path)
-    assert call("init", "zigzag.csv", "--model", "ship.py:Nomoto") == 0
-    file = tmp_path / "zigzag.toml"
+    file = begun(tmp_path)
     file.write_text(file.read_text().replace("[noise]\n", '[noise]\nr = "5 deg/s"\n'))
     noise = []
     for options in ((), ("--estimate-noise",)):

@@ -21,6 +21,7 @@ from seatruth.models.black_box import BlackBox
 from seatruth.study import Study
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
+from seatruth.uncertainty.prior_identifiability import KEEP_FROM_ZERO
 from seatruth.uncertainty.reversed_inputs import reversed_inputs
 
 _FEWEST_SAMPLES = 10
@@ -206,8 +207,8 @@ def _without_derivatives(problem: Problem) -> list[Finding]:
                 f"At t = {trial.t[lost[0]]:g} s of {trial.name!r} the model's run has no derivatives: a power of zero,"
                 " or a division by it. What needs them from there on counts as without any influence."
             )
-            do = "Keep it from zero, as (x * x + 1e-9) ** 0.3 for abs(x) ** 0.6, or on one side of an `if`."
-            return [Finding("warning", "no-derivatives", text, f"trial {trial.name!r}", do, trial.name)]
+            where = f"trial {trial.name!r}"
+            return [Finding("warning", "no-derivatives", text, where, KEEP_FROM_ZERO, trial.name)]
     return []
 
 

@@ -16,6 +16,12 @@ from seatruth.uncertainty.covariance import covariance
 from seatruth.uncertainty.identifiability import identifiability, strongly_correlated, verdict
 from seatruth.uncertainty.structural_identifiability import unidentifiable_directions
 
+KEEP_FROM_ZERO = (
+    "Keep it from zero, as (x * x + 1e-9) ** 0.3 for abs(x) ** 0.6, or on one side of an `if`, or begin elsewhere "
+    "(`initial_state`) where a run begins at rest, as with atan2(w, u)."
+)
+"""What to do where a model's runs have no derivatives."""
+
 
 def prior_identifiability(study: EstimationProblem, threads: int | None = None) -> pd.DataFrame:
     """Cramer-Rao bound of each free parameter at its start value, before any fit.
@@ -88,8 +94,7 @@ def _without_derivatives(cost: StudyCost, jacobian: Array) -> str:
     first, trial = min(lost)
     return (
         f"From t = {first:g} s on the model's run of {trial!r} has no derivatives, so that nothing can be said of what "
-        "the trials move: a power of zero, or a division by it, as in abs(u) ** 0.6 or atan2(w, u) at rest. Keep it "
-        "from zero, as (u * u + 1e-9) ** 0.3, or begin elsewhere (`initial_state`)."
+        f"the trials move: a power of zero, or a division by it. {KEEP_FROM_ZERO}"
     )
 
 

@@ -27,15 +27,13 @@ from seatruth.effects.base import NO_ENVIRONMENT, UNDECLARED
 from seatruth.effects.causes import CAUSES
 from seatruth.report.numbers import MINUS, estimate, interval, listed, number, percent, shown
 from seatruth.report.readings import without_folders
-from seatruth.report.text.gap import WORTH_MENTION, ranked
+from seatruth.report.text.gap import PROBABLE, WORTH_MENTION, ranked
 
 SURE = 0.9
 """Probability from which a named cause is called named, below it likely. Chosen here [S]."""
 
 NEAR = Settings().apart
 """Pairwise noncentrality below which two effects count as not distinguishable."""
-_PROBABLE = 0.5
-"""Probability from which an effect that is not named is told all the same. Chosen here [S]."""
 _ROUNDED = 0.005
 """Difference of two probabilities that is seen in print. Chosen here [S]."""
 _RATES = {"surge": "du/dt", "sway": "dv/dt", "heave": "dw/dt", "roll": "dp/dt", "pitch": "dq/dt", "yaw": "dr/dt"}
@@ -175,7 +173,7 @@ def unnamed_in_words(diagnosis: Diagnosis) -> str:
     left = [
         one
         for one in diagnosis.effects
-        if one.probability >= _PROBABLE and one.name not in named and one.title not in told
+        if one.probability >= PROBABLE and one.name not in named and one.title not in told
     ]
     if not left:
         return ""
@@ -345,7 +343,7 @@ def undetectable(diagnosis: Diagnosis) -> list[EffectResult]:
         effect
         for effect in diagnosis.effects
         if effect.typical
-        and effect.probability < _PROBABLE
+        and effect.probability < PROBABLE
         and effect.title not in diagnosis.verdict.sentence
         and not any(effect.title.startswith(f"{whole}: ") for whole in wholes)
         and not any(effect.detectable.get(q, math.inf) <= size for q, size in effect.typical.items())

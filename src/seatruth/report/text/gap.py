@@ -18,8 +18,8 @@ WORTH_MENTION = 0.05
 _SHOWS = 1.5
 """Error over noise from which a channel is said to show the gap. Chosen here [S]."""
 
-_PROBABLE = 0.5
-"""Probability of an effect from which it is what fits best."""
+PROBABLE = 0.5
+"""Probability of an effect from which it is what fits best, and is told though it is not named. Chosen here [S]."""
 FITS = ("before", "refit", "effects")
 """Columns of the fits that are compared: the declared model, refitted, and with the verdict's effects."""
 
@@ -137,7 +137,7 @@ def where_in_words(diagnosis: Diagnosis) -> str:
 
 def _rests_on_what_is_not_named(diagnosis: Diagnosis, place: str) -> bool:
     """Whether an effect that is probable acts at a place of an unknown cause: it was refused, and its place with it."""
-    return any(place in effect.acts_on and effect.probability > _PROBABLE for effect in diagnosis.effects)
+    return any(place in effect.acts_on and effect.probability > PROBABLE for effect in diagnosis.effects)
 
 
 def ranked(probabilities: Mapping[str, float]) -> list[tuple[str, float]]:

@@ -1,0 +1,91 @@
+"""The sentences of a diagnosis beside its tables."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from fake_diagnosis import diagnosis
+
+from seatruth.diagnosis.sentences import chance
+from seatruth.report.text import diagnosis as text
+from seatruth.report.text import gap
+
+
+def test_answers_beside_something_unknown_say_so() -> None:
+    """'Unknown, over 99.9 %' stood above a table in which it had 52 %: the rest had it beside an effect."""
+    found = diagnosis("unknown")
+    (first, *_) = [one for one in found.hypotheses if one.effects]
+
+    def told(*entries: tuple[bool, float]) -> str:
+        sets = [replace(first, discrepancy=beside, probability=p) for beside, p in entries]
+        none = replace(first, effects=(), discrepancy=True, probability=0.5)
+        verdict = replace(found.verdict, probability=0.5 + sum(p for beside, p in entries if beside))
+        return text.beside_answers_in_words(replace(found, verdict=verdict, hypotheses=(none, *sets)))
+
+    assert told((True, 0.4), (False, 0.1)) == (
+        "Where effects are the answer, something most probably acts beside them that is not in the library: alone or "
+        "beside them 90 %."
+    )
+    assert told((True, 0.2), (False, 0.3)) == ""
+    assert told((True, 0.01)) == ""
+    # "Over 99.9 %" stood above 73.5 %: what trials left out did not bear out had the rest.
+    refused = replace(found, verdict=replace(found.verdict, probability=0.9996))
+    sets = [replace(first, discrepancy=False, probability=0.4)]
+    none = replace(first, effects=(), discrepancy=True, probability=0.6)
+    assert text.beside_answers_in_words(replace(refused, hypotheses=(none, *sets))).startswith("The headline counts")
+
+
+def test_what_is_probable_and_not_named_is_told() -> None:
+    """Of a boat waves stood in all five answers with 98 %, and nowhere else."""
+    found = diagnosis("inseparable")
+    named = {name for cause in found.verdict.causes for name in cause.effects}
+    (other, *_) = [one for one in found.effects if one.name not in named]
+    assert text.unnamed_in_words(found) == ""
+    likely = replace(other, probability=0.98)
+    found.effects = (*(one for one in found.effects if one.name != other.name), likely)
+    assert text.unnamed_in_words(found) == (
+        f"Probable in these fits, and not named, since nothing beyond them bears it out: {other.title} (98 %)."
+    )
+    found.verdict = replace(found.verdict, sentence=f"{found.verdict.sentence} It looks like {other.title}.")
+    assert text.unnamed_in_words(found) == ""
+
+
+def test_look_alikes_are_told_with_a_size_each() -> None:
+    """Of two engines one gave 12 % less, or the other one 14 % more: the table had the size of one of them."""
+    found = diagnosis("inseparable")
+    (cause, *_) = found.verdict.causes
+    sizes = tuple(f"k -0.1{k} +- 0.02" for k, _ in enumerate(cause.effects))
+    assert len(sizes) > 1
+    assert text.cause_size(found, replace(cause, sizes=sizes)).startswith("k -0.10 ± 0.02 or k -0.11 ± 0.02")
+    assert text.remark(replace(cause, small=False, of_evidence=True)).startswith("share of what is explained")
+
+
+def test_effects_without_a_function_of_the_model_are_told_above_the_table() -> None:
+    """A glider's model did not declare its drag, and a fouled hull passed for a depth sensor 20 % off."""
+    found = diagnosis("unknown")
+    found.unavailable = {"drag_increase": "the model does not declare its drag", "bank": "it acts on ship"}
+    told = text.undeclared_in_words(found)
+    assert told == (
+        "The model does not declare its drag, so drag increase took no part. "
+        "If it acts, the cause is unknown, or passes for another."
+    )
+    found.unavailable = {"bank": "it acts on ship"}
+    assert text.undeclared_in_words(found) == ""
+
+
+def test_the_place_of_what_fits_best_is_no_surer_than_the_verdict_that_refuses_it() -> None:
+    """Of an ROV the arm of its log was refused, and "It most probably acts in the sensor of u (92 %)" stood below."""
+    found = diagnosis("unknown")
+    (place, p), *_ = gap.ranked(found.places)
+    others = [replace(one, probability=0.01) for one in found.effects]
+    found.effects = tuple(others)
+    places, told = found.places, gap.where_in_words(found)
+    assert p > 0.5
+    assert told.startswith(f"It most probably acts in {gap.place_in_words(place)}")
+    found.places = dict.fromkeys(found.places, 0.26)
+    assert gap.where_in_words(found).startswith("It is not decided where it acts: the most probable places are ")
+    found.places = places
+    found.effects = (replace(others[0], probability=0.92, acts_on=(place,)), *others[1:])
+    told = gap.where_in_words(found)
+    assert told.startswith(f"What fits best acts in {gap.place_in_words(place)} ({chance(p)})")
+    assert "and is not named" in told
