@@ -25,8 +25,10 @@ class Measured:
         closed: float = math.nan,
         closes: dict[str, float] | None = None,
         late: float = math.inf,
+        strays: bool = False,
     ) -> None:
         self.moved, self.size, self.closed, self.closes, self.late = moved, size, closed, closes or {}, late
+        self.strays = strays
 
     def share(self, name: str) -> float:
         return self.closes[name]
@@ -36,6 +38,9 @@ class Measured:
 
     def typical_sizes(self, name: str) -> float:
         return self.size[name] if isinstance(self.size, dict) else self.size
+
+    def is_of_evidence(self, name: str) -> bool:
+        return self.strays
 
     def steps_late(self, name: str) -> float:
         return self.late
@@ -154,9 +159,9 @@ def test_a_rate_limit_within_the_clock_of_the_record_is_next_to_nothing() -> Non
     """28 deg/s of rudders that moved by 30 made them late by 0.16 sampling steps."""
     entries = (("rudder_rate_limit",), 0.999, True), ((), 0.001)
     said, found = decided(*entries), hypotheses(*entries)
-    left = without_tiny(said, found, Measured(size=0.4, late=0.16), gap=True)
+    left = without_tiny(said, found, Measured(size=0.4, late=0.16), SETTINGS, gap=True)
     assert (left.kind, left.small) == ("unknown", ("rudder_rate_limit",))
-    assert without_tiny(said, found, Measured(size=0.4, late=0.9), gap=True) == said
+    assert without_tiny(said, found, Measured(size=0.4, late=0.9), SETTINGS, gap=True) == said
 
 
 def test_beside_an_unknown_cause_what_closes_nothing_of_the_gap_is_not_named() -> None:
@@ -228,7 +233,7 @@ def test_what_is_next_to_nothing_for_what_it_is_is_no_cause(gap: bool, kind: str
     said, found = decided(*entries), hypotheses(*entries)
 
     def left(**sizes: float) -> Decision:
-        return without_tiny(said, found, Measured(size=sizes), gap=gap)
+        return without_tiny(said, found, Measured(size=sizes, closes=dict.fromkeys(sizes, 0.3)), SETTINGS, gap=gap)
 
     assert left(rudder_offset=0.08, wind=0.5) == said
     one = left(rudder_offset=0.01, wind=0.5)
@@ -239,3 +244,19 @@ def test_what_is_next_to_nothing_for_what_it_is_is_no_cause(gap: bool, kind: str
     )
     none = left(rudder_offset=0.01, wind=0.06)
     assert (none.kind, none.clusters, none.shown, none.small) == (kind, (), (), ("rudder_offset", "wind"))
+
+
+@pytest.mark.parametrize(
+    ("share", "strays", "named"),
+    [(0.88, False, True), (math.nan, False, True), (0.4, False, False), (1.0, True, False)],
+)
+def test_what_is_next_to_nothing_is_the_cause_of_a_gap_that_is_small_as_well(
+    share: float, strays: bool, named: bool
+) -> None:
+    """A current of 0.011 m/s past a container ship, 7 % of a typical one, which closed 88 % of what was left."""
+    entries = (("current",), 0.965, True), ((), 0.035, True)
+    said, found = decided(*entries), hypotheses(*entries)
+    measured = Measured(size=0.066, closes={"current": share}, strays=strays)
+    left = without_tiny(said, found, measured, SETTINGS, gap=True)
+    assert (left == said) == named
+    assert named or (left.kind, left.small) == ("unknown", ("current",))

@@ -51,6 +51,17 @@ def test_a_named_cause_has_its_size_its_probability_and_its_prediction() -> None
     )
 
 
+def test_a_cause_that_is_small_for_what_it_is_is_said_to_be() -> None:
+    tiny = replace(CURRENT, over_typical=0.06)
+    assert "(probability 97 %). Its size is small, 6 % of a typical one. On trials" in said("effects", tiny)
+    assert "Of small size: a uniform current (6 % of a typical one)." in said("effects", tiny, FORCE)
+    assert (
+        "Its size is small, 6 % of a typical one, and so is the gap: the refitted model's error is 1.02 times the "
+        "noise." in said("effects", tiny, shares=AT_NOISE)
+    )
+    assert "typical" not in said("effects", replace(CURRENT, over_typical=0.08))
+
+
 def test_what_is_of_no_practical_size_makes_the_others_no_less_sure() -> None:
     """Of a planing boat an offset of its outboard was over 99.9 %, beside 34 ms of lateness that had 80.8 %."""
     lateness = replace(BIAS, probability=0.808)

@@ -58,6 +58,7 @@ def test_look_alikes_are_told_with_a_size_each() -> None:
     assert len(sizes) > 1
     assert text.cause_size(found, replace(cause, sizes=sizes)).startswith("k -0.10 ± 0.02 or k -0.11 ± 0.02")
     assert text.remark(replace(cause, small=False, of_evidence=True)).startswith("share of what is explained")
+    assert text.remark(replace(cause, small=False, over_typical=0.05)) == "small for what it is"
 
 
 def test_effects_without_a_function_of_the_model_are_told_above_the_table() -> None:

@@ -123,7 +123,8 @@ class Assembly:
             one_course=narrow_headings(self.problem.trials) is not None,
         )
         said = without_opposed(said, self._weighed)
-        said = self._fitted(without_tiny(said, self._weighed, self._gap_of(said.shown), gap=self._leaves_a_gap), said)
+        gap = self._gap_of(said.shown)
+        said = self._fitted(without_tiny(said, self._weighed, gap, self.settings, gap=self._leaves_a_gap), said)
         if not self._leaves_a_gap:  # nothing is small beside a gap that is noise
             said = self._fitted(without_unseen(said, self._weighed, self.problem.effects), said)
             said = self._fitted(without_vague(said, self._weighed), said)
@@ -285,7 +286,7 @@ class Assembly:
             model=self.study.model.name,
             synthetic=self.study.synthetic,
             seed=self.seed,
-            verdict=Verdict(said.kind, causes, probability, said.discrepancy, tuple(acting), sentence),
+            verdict=Verdict(said.kind, causes, probability, said.discrepancy, tuple(acting), sentence, said.alike),
             effects=self._effects(places),
             hypotheses=tuple(self.hypotheses),
             causes=posterior.by_cause(self.hypotheses, problem.effects),
@@ -375,6 +376,7 @@ class Assembly:
             direction=common_direction([self._parameters(n) for n in cluster.effects]),
             sizes=tuple(effect_in_words(self.problem.effects[n], model, self._parameters(n)) for n in members),
             of_evidence=self.gap.is_of_evidence(name),
+            over_typical=self.gap.typical_sizes(name),
         )
 
     @cached_property

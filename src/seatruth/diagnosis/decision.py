@@ -84,6 +84,11 @@ class Decision:
     vague: Key = ()
     """Effects of different kinds that look alike, so many that naming them as one cause would say nothing."""
 
+    @property
+    def alike(self) -> Key:
+        """What these trials leave open, where they cannot decide."""
+        return self.vague if self.kind == "underpowered" else ()
+
 
 def decide(
     found: Sequence[Hypothesis],

@@ -219,7 +219,11 @@ def _named(
         )
     if not large:
         sentences.append("No cause of practical size is seen.")
-    sentences += [_small(causes), _LITTLE_LEFT if discrepancy and little_left else _lacks(discrepancy)]
+    sentences += [
+        _tiny(large, shares),
+        _small(causes),
+        _LITTLE_LEFT if discrepancy and little_left else _lacks(discrepancy),
+    ]
     if large and strays(shares):
         sentences.append(_stray(shares, len(large)))
     if large:
@@ -303,10 +307,9 @@ def _unknown(causes: Sequence[NamedCause], probability: float, shares: Shares) -
     sure = f"(probability {chance(probability)})"
     text = f"Something acts that is not in the library, or terms of the model have another form {sure}."
     if meets_noise(shares):
-        multiple = math.sqrt(max(shares.misfit_refit, 0.0))
         text = (
-            f"What the refitted model leaves is small: its error is {multiple:.2f} times the noise. It does not look "
-            f"like noise, and its cause is not in the library {sure}."
+            f"What the refitted model leaves is small: its error is {_of_noise(shares)}. It does not look like noise, "
+            f"and its cause is not in the library {sure}."
         )
     return f"{text} Beside it acts {_listed(causes)}." if causes else text
 
@@ -330,6 +333,30 @@ def _beyond(causes: Sequence[NamedCause]) -> str:
 def _small(causes: Sequence[NamedCause]) -> str:
     small = [cause for cause in causes if cause.small]
     return f"Significant, but a negligible part of the gap: {_listed(small)}." if small else ""
+
+
+def _tiny(causes: Sequence[NamedCause], shares: Shares) -> str:
+    """What is named, though it is small for what it is: the gap that it makes is small as well."""
+    found = [cause for cause in causes if cause.over_typical < Settings.tiny]
+    if not found:
+        return ""
+    if len(causes) == 1:
+        said = f"Its size is small, {_of_typical(found[0])}"
+    else:
+        said = f"Of small size: {listed([f'{cause.title} ({_of_typical(cause)})' for cause in found])}"
+    return (
+        f"{said}, and so is the gap: the refitted model's error is {_of_noise(shares)}."
+        if meets_noise(shares)
+        else f"{said}."
+    )
+
+
+def _of_typical(cause: NamedCause) -> str:
+    return f"{100.0 * cause.over_typical:.2g} % of a typical one"
+
+
+def _of_noise(shares: Shares) -> str:
+    return f"{math.sqrt(max(shares.misfit_refit, 0.0)):.2f} times the noise"
 
 
 def _lacks(discrepancy: bool) -> str:

@@ -5,6 +5,7 @@ The classes below are part of the layout of `diagnosis.json`; see `results.py` f
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -137,6 +138,8 @@ class NamedCause:
     of_evidence: bool = False
     """Whether `share` is that of the evidence, and not about that of the misfit: runs that stray from their records
     have no misfit that tells anything."""
+    over_typical: float = math.nan
+    """Size of the first effect over a typical one of such a vehicle: far below 1 it is small for what it is."""
 
 
 def least_probable(causes: Sequence[NamedCause], otherwise: float) -> float:
@@ -164,6 +167,9 @@ class Verdict:
     """Where the causes act."""
     sentence: str
     """The headline."""
+    alike: tuple[str, ...] = ()
+    """Where these trials cannot decide: effects of different kinds that look alike, one of which probably acts; empty
+    where that cannot be said either."""
 
     @property
     def effects(self) -> tuple[str, ...]:

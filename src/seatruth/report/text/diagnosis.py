@@ -155,6 +155,7 @@ def remark(cause: NamedCause) -> str:
     """What limits a named cause, for a column of a table."""
     parts = ["looks like it"] if cause.implausible else []
     parts += ["negligible part of the gap"] if cause.small else []
+    parts += ["small for what it is"] if cause.over_typical < Settings.tiny else []
     return ", ".join([*parts, "share of what is explained, since runs stray"] if cause.of_evidence else parts)
 
 
