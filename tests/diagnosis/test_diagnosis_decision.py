@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import pytest
 from decided_by_hand import SETTINGS, decided
@@ -57,6 +58,10 @@ def test_a_long_list_of_effects_of_all_kinds_names_nothing() -> None:
     assert sure.probability == pytest.approx(0.99)
     unsure = decided(*(((name,), 0.7 / 5) for name in many), ((), 0.3))
     assert (unsure.kind, unsure.acts, unsure.vague) == ("underpowered", False, ())
+    # What may act is told where something does.
+    refused = replace(sure, vague=(), refused=("tether",))
+    assert [one.possible for one in (sure, unsure, refused)] == [sure.vague, (), ("tether",)]
+    assert replace(refused, acts=False).possible == ()
 
 
 def test_what_shows_the_same_is_named_as_one_cause_though_its_families_differ() -> None:

@@ -123,7 +123,7 @@ def test_the_short_form_names_what_the_verdict_names() -> None:
     assert short["set"] == ["wind", "wave_drift"]
     assert short["effects"] == []
     open_ = fake_diagnosis.diagnosis("underpowered")
-    open_.verdict = replace(open_.verdict, alike=("tether", "drag_increase"))
+    open_.verdict = replace(open_.verdict, possible=("tether", "drag_increase"))
     assert open_.as_verdict()["set"] == ["tether", "drag_increase"]
     named = fake_diagnosis.diagnosis("effects").as_verdict()
     assert named["effects"] == ["current"]

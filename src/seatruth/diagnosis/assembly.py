@@ -286,7 +286,7 @@ class Assembly:
             model=self.study.model.name,
             synthetic=self.study.synthetic,
             seed=self.seed,
-            verdict=Verdict(said.kind, causes, probability, said.discrepancy, tuple(acting), sentence, said.alike),
+            verdict=Verdict(said.kind, causes, probability, said.discrepancy, tuple(acting), sentence, said.possible),
             effects=self._effects(places),
             hypotheses=tuple(self.hypotheses),
             causes=posterior.by_cause(self.hypotheses, problem.effects),

@@ -85,9 +85,9 @@ class Decision:
     """Effects of different kinds that look alike, so many that naming them as one cause would say nothing."""
 
     @property
-    def alike(self) -> Key:
-        """What these trials leave open, where they cannot decide."""
-        return self.vague if self.kind == "underpowered" else ()
+    def possible(self) -> Key:
+        """What may act, where something does and these trials cannot decide what."""
+        return (self.vague or self.refused) if self.kind == "underpowered" and self.acts else ()
 
 
 def decide(

@@ -143,7 +143,7 @@ class Diagnosis:
             "verdict": self.verdict.kind,
             "effects": list(self.named) if self.verdict.kind == "effects" else [],
             "candidates": [{"effects": list(key), "probability": p} for key, p in self.answers()],
-            "set": list(self.verdict.members or self.verdict.alike),
+            "set": list(self.verdict.members or self.verdict.possible),
             "causes": [
                 {"cause": c.cause, "effects": list(c.effects), "probability": c.probability}
                 for c in self.verdict.causes

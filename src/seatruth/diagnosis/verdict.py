@@ -167,9 +167,9 @@ class Verdict:
     """Where the causes act."""
     sentence: str
     """The headline."""
-    alike: tuple[str, ...] = ()
-    """Where these trials cannot decide: effects of different kinds that look alike, one of which probably acts; empty
-    where that cannot be said either."""
+    possible: tuple[str, ...] = ()
+    """Where something acts, and these trials cannot decide what: the effects that it looks like; empty where that
+    cannot be said either."""
 
     @property
     def effects(self) -> tuple[str, ...]:
