@@ -34,14 +34,17 @@ def parameters(found: Search, name: str) -> tuple[EffectParameter, ...]:
     return () if fit is None else sizes_of(found.problem, fit, name)
 
 
-def test_what_is_refused_is_told_with_its_size(found: Search) -> None:
+def test_what_is_not_named_is_told_with_its_size(found: Search) -> None:
     """Of an ROV a compass 4.04 deg off, which was right, was refused without a number."""
-    said = Decision("unknown", (), 0.99, True, (), outdone=("gyro_bias",))
-    text = headline(
-        found, found.problem.study.model, said, (), 0.99, SHARES, None, lambda name: parameters(found, name)
-    )
-    assert "It looks like yaw rate bias (b 0.2" in text
-    assert "deg/s), but trials left out do not bear it out" in text
+    model, said = found.problem.study.model, Decision("unknown", (), 0.99, True, ())
+
+    def told(said: Decision) -> str:
+        return headline(found, model, said, (), 0.99, SHARES, None, lambda name: parameters(found, name))
+
+    refused = told(replace(said, outdone=("gyro_bias",)))
+    assert "It looks like yaw rate bias (b 0.2" in refused
+    assert "deg/s), but trials left out do not bear it out" in refused
+    assert "of no practical size: yaw rate bias (b 0.2" in told(replace(said, small=("gyro_bias",)))
 
 
 def test_an_error_of_a_sensor_is_measured_in_its_own_channels_where_all_others_drown_it(found: Search) -> None:

@@ -45,7 +45,7 @@ def headline(
         form=named(name for name in said.form if not is_only_form(name, effects)),
         curve=named(name for name in said.form if is_only_form(name, effects)),
         part=named(said.part), refused=sized(said.refused), along=named(said.along), drift=sized(said.drift),
-        untried=sized(said.untried), small=named(said.small), outdone=sized(said.outdone), vague=named(said.vague),
+        untried=sized(said.untried), small=sized(said.small), outdone=sized(said.outdone), vague=named(said.vague),
         own=_own_channels(search, said, causes, validation),
     )  # fmt: skip
 
