@@ -83,11 +83,9 @@ class Decision:
     """Where these trials cannot decide what acts: whether it is sure that something does."""
     vague: Key = ()
     """Effects of different kinds that look alike, so many that naming them as one cause would say nothing."""
-
-    @property
-    def possible(self) -> Key:
-        """What may act, where something does and these trials cannot decide what."""
-        return (self.vague or self.refused) if self.kind == "underpowered" and self.acts else ()
+    possible: Key = ()
+    """What may act, where something does and these trials cannot decide what: of what is refused or vague, all that
+    looks alike."""
 
 
 def decide(
@@ -131,6 +129,7 @@ def decide(
         along = tuple(name for name in first if _is_fixed_to_earth(name, effects))
     left, gone, part = list(found), set[str](), dict[str, None]()
     refused: Key = ()  # what leads is what the gap looks like, and not what is asked in its place
+    lookalikes: Key = ()  # of that, with itself
     vague: Cluster | None = None
     for _ in range(_ROUNDS):
         answer = _answer(left, effects, settings, near, helps, one_course)
@@ -147,7 +146,7 @@ def decide(
                 along,
             )
         gone |= set(answer.refused)
-        refused = refused or answer.refused
+        refused, lookalikes = refused or answer.refused, lookalikes or answer.lookalikes
         left = _left(found, gone)
         total = sum(one.probability for one in left)
         if not answer.refused or total == 0.0 or _needed(found, left, gone, effects, one_course):
@@ -182,6 +181,7 @@ def decide(
         refused=refused,
         acts=acts,
         vague=vague.effects if acts and vague is not None else (),
+        possible=() if not acts else vague.effects if vague is not None else lookalikes,
     )
 
 
@@ -197,6 +197,8 @@ class _Answer:
     clusters: tuple[Cluster, ...]
     kept: Key
     refused: Key
+    lookalikes: Key
+    """What was refused, with what looks like it."""
     part: Key
     """Terms of the model's forces that were probable beside others that are missing."""
     lacking: bool
@@ -217,7 +219,7 @@ def _answer(
     sets = answers(found)
     first = leading(sets, effects)
     form, share = forms_in(first, effects), acting(found, first, effects)
-    kept, refused, gone, part = first, list[str](), set[str](), list[str]()
+    kept, refused, lookalikes, gone, part = first, list[str](), dict[str, None](), set[str](), list[str]()
     clusters: list[Cluster] = []
     vague: Cluster | None = None
     while kept:
@@ -249,7 +251,9 @@ def _answer(
         # So they predict beside what stands for the other form, which forces beside them need not take up.
         asked = tuple(sorted({*kept, *form}))
         passing = tuple(name for name in probable if _one_helps(candidates[name], name, asked, helps))
-        refused += [name for name in probable if name not in passing]
+        failing = [name for name in probable if name not in passing]
+        refused += failing
+        lookalikes |= dict.fromkeys(member for name in failing for member in candidates[name].effects)
         gone |= set(likely) - set(passing) - set(form)
         clusters = [
             replace(candidates[name], probability=min(candidates[name].probability, sure[name])) for name in passing
@@ -258,7 +262,8 @@ def _answer(
             break
         kept = passing
     lacking = _discrepancy(found, kept) or any(_is_structure(name, effects) for name in set(first) - set(kept))
-    return _Answer(tuple(merged(clusters, effects)), kept, tuple(refused), tuple(part), lacking, vague)
+    causes = tuple(merged(clusters, effects))
+    return _Answer(causes, kept, tuple(refused), tuple(lookalikes), tuple(part), lacking, vague)
 
 
 def _candidate(

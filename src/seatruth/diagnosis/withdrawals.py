@@ -98,7 +98,8 @@ def without_vague(decision: Decision, found: Sequence[Hypothesis]) -> Decision:
     none = sum(one.probability for one in found if not one.effects and not one.discrepancy)
     acts = none <= SURELY
     first = max(vague, key=lambda one: one.probability)
-    return Decision("underpowered", (), first.probability, False, (), acts=acts, vague=first.effects if acts else ())
+    which = first.effects if acts else ()
+    return Decision("underpowered", (), first.probability, False, (), acts=acts, vague=which, possible=which)
 
 
 def _of_a_family(cluster: Cluster) -> bool:
