@@ -7,6 +7,7 @@ import math
 import pytest
 from decided_by_hand import EFFECTS, SETTINGS, decided, hypotheses
 
+from seatruth.diagnosis.clusters import Cluster
 from seatruth.diagnosis.decision import Decision
 from seatruth.diagnosis.hypotheses import Key
 from seatruth.diagnosis.parts import Fold, Validation
@@ -159,9 +160,13 @@ def test_a_rate_limit_within_the_clock_of_the_record_is_next_to_nothing() -> Non
     """28 deg/s of rudders that moved by 30 made them late by 0.16 sampling steps."""
     entries = (("rudder_rate_limit",), 0.999, True), ((), 0.001)
     said, found = decided(*entries), hypotheses(*entries)
-    left = without_tiny(said, found, Measured(size=0.4, late=0.16), SETTINGS, gap=True)
+
+    def usual(cluster: Cluster) -> float:
+        return 0.4
+
+    left = without_tiny(said, found, Measured(late=0.16), usual, SETTINGS, gap=True)
     assert (left.kind, left.small) == ("unknown", ("rudder_rate_limit",))
-    assert without_tiny(said, found, Measured(size=0.4, late=0.9), SETTINGS, gap=True) == said
+    assert without_tiny(said, found, Measured(late=0.9), usual, SETTINGS, gap=True) == said
 
 
 def test_beside_an_unknown_cause_what_closes_nothing_of_the_gap_is_not_named() -> None:
@@ -233,7 +238,8 @@ def test_what_is_next_to_nothing_for_what_it_is_is_no_cause(gap: bool, kind: str
     said, found = decided(*entries), hypotheses(*entries)
 
     def left(**sizes: float) -> Decision:
-        return without_tiny(said, found, Measured(size=sizes, closes=dict.fromkeys(sizes, 0.3)), SETTINGS, gap=gap)
+        shares = Measured(closes=dict.fromkeys(sizes, 0.3))
+        return without_tiny(said, found, shares, lambda one: sizes[one.effects[0]], SETTINGS, gap=gap)
 
     assert left(rudder_offset=0.08, wind=0.5) == said
     one = left(rudder_offset=0.01, wind=0.5)
@@ -256,7 +262,7 @@ def test_what_is_next_to_nothing_is_the_cause_of_a_gap_that_is_small_as_well(
     """A current of 0.011 m/s past a container ship, 7 % of a typical one, which closed 88 % of what was left."""
     entries = (("current",), 0.965, True), ((), 0.035, True)
     said, found = decided(*entries), hypotheses(*entries)
-    measured = Measured(size=0.066, closes={"current": share}, strays=strays)
-    left = without_tiny(said, found, measured, SETTINGS, gap=True)
+    measured = Measured(closes={"current": share}, strays=strays)
+    left = without_tiny(said, found, measured, lambda one: 0.066, SETTINGS, gap=True)
     assert (left == said) == named
     assert named or (left.kind, left.small) == ("unknown", ("current",))

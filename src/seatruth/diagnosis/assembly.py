@@ -123,8 +123,8 @@ class Assembly:
             one_course=narrow_headings(self.problem.trials) is not None,
         )
         said = without_opposed(said, self._weighed)
-        gap = self._gap_of(said.shown)
-        said = self._fitted(without_tiny(said, self._weighed, gap, self.settings, gap=self._leaves_a_gap), said)
+        gap, size = self._gap_of(said.shown), partial(self._size, key=said.shown)
+        said = self._fitted(without_tiny(said, self._weighed, gap, size, self.settings, gap=self._leaves_a_gap), said)
         if not self._leaves_a_gap:  # nothing is small beside a gap that is noise
             said = self._fitted(without_unseen(said, self._weighed, self.problem.effects), said)
             said = self._fitted(without_vague(said, self._weighed), said)
@@ -376,8 +376,15 @@ class Assembly:
             direction=common_direction([self._parameters(n) for n in cluster.effects]),
             sizes=tuple(effect_in_words(self.problem.effects[n], model, self._parameters(n)) for n in members),
             of_evidence=self.gap.is_of_evidence(name),
-            over_typical=self.gap.typical_sizes(name),
+            over_typical=self._size(cluster, self.decision.shown),
         )
+
+    def _size(self, cluster: Cluster, key: Key) -> float:
+        """How large a cause of a set is, over a typical one: the largest of its effects, each in the others' place."""
+        shown = cluster.member_in(key)
+        places = {name: tuple(sorted(name if one == shown else one for one in key)) for name in cluster.effects}
+        fitted = {name: place for name, place in places.items() if self.search.best(place) is not None}
+        return max((self._gap_of(place).typical_sizes(name) for name, place in fitted.items()), default=math.inf)
 
     @cached_property
     def coefficients(self) -> tuple[Coefficient, ...]:

@@ -104,24 +104,32 @@ def without_small(
 
 
 def without_tiny(
-    decision: Decision, found: Sequence[Hypothesis], measured: Measured, settings: Settings, *, gap: bool
+    decision: Decision,
+    found: Sequence[Hypothesis],
+    measured: Measured,
+    size: Callable[[Cluster], float],
+    settings: Settings,
+    *,
+    gap: bool,
 ) -> Decision:
     """The decision less what is next to nothing for what it is, unless it is most of the gap, which then is small too.
 
     A fault may be of any size, but one that is a hundredth of a typical one is rarely what a record shows beside other
     causes: it takes the shape of something else. So does a rate limit that only cuts the fastest moves that were
     recorded. Where nothing else is named, the cause is unknown if the refitted model leaves a `gap`, and these trials
-    cannot decide if it leaves no more than noise. Of runs that stray nobody can say what part of the gap it is.
+    cannot decide if it leaves no more than noise. Of runs that stray nobody can say what part of the gap it is. The
+    `size` of a cause, over a typical one, is that of its largest effect: a drift of waves may be a usual wind.
     """
 
-    def is_tiny(name: str) -> bool:
+    def is_tiny(cluster: Cluster) -> bool:
+        name = cluster.member_in(decision.shown)
         if measured.steps_late(name) < _UNTIMED:
             return True
-        if not measured.typical_sizes(name) < settings.tiny:
+        if not size(cluster) < settings.tiny:
             return False
         return measured.is_of_evidence(name) or measured.share(name) < _MOST
 
-    kept = tuple(one for one in decision.clusters if not is_tiny(one.member_in(decision.shown)))
+    kept = tuple(one for one in decision.clusters if not is_tiny(one))
     if len(kept) == len(decision.clusters):
         return decision
     tiny = tuple(one.member_in(decision.shown) for one in decision.clusters if one not in kept)

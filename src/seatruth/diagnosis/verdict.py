@@ -139,7 +139,8 @@ class NamedCause:
     """Whether `share` is that of the evidence, and not about that of the misfit: runs that stray from their records
     have no misfit that tells anything."""
     over_typical: float = math.nan
-    """Size of the first effect over a typical one of such a vehicle: far below 1 it is small for what it is."""
+    """Size over a typical one of such a vehicle, of the effect of which it is largest: far below 1 all are small for
+    what they are."""
 
 
 def least_probable(causes: Sequence[NamedCause], otherwise: float) -> float:
