@@ -19,7 +19,10 @@ from documents import execute, install
 
 from seatruth import Diagnosis, diagnose, load_study, write_report
 from seatruth.cli import run
+from seatruth.commands.diagnose import select_effects
 from seatruth.diagnosis.results import NAME
+from seatruth.errors import BadInput
+from seatruth.models import load_model
 
 EFFECTS = ",".join(small.EFFECTS)
 OFFSET = 0.02
@@ -160,6 +163,21 @@ def test_an_installed_effect_takes_part_without_being_named(tmp_path: Path) -> N
     assert shown.returncode == 0, shown.stderr
     assert "the model has no output 'u'" in shown.stdout
     assert "rudder_offset" in shown.stdout
+
+
+def test_effects_on_one_actuator_alone_can_be_named() -> None:
+    """`check --effects` listed them, and `diagnose --effects` did not know them."""
+    twin = load_model("twin_thruster")
+
+    def chosen(*wanted: str) -> list[str]:
+        return [effect.name for effect in select_effects([*wanted], Path(), twin)[0] or []]
+
+    assert chosen("thruster_gain_port", "current") == ["thruster_gain_port", "current"]
+    assert chosen("thruster_gain_*") == ["thruster_gain_port", "thruster_gain_starboard"]
+    assert "thruster_gain_port" not in chosen("thruster_*"), "a pattern means all actuators of a kind"
+    with pytest.raises(BadInput, match="'thruster_gain_left'") as caught:
+        chosen("thruster_gain_left")
+    assert "thruster_gain" in caught.value.do
 
 
 @pytest.mark.parametrize(

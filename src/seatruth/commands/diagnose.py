@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from seatruth.diagnosis import Diagnosis
     from seatruth.effects import Effect
+    from seatruth.models.base import Model
 
 AUGMENTED = "augmented.toml"
 CHECKPOINT = "checkpoint.jobs"
@@ -121,7 +122,7 @@ def run(
 
     checkpoint = folder / CHECKPOINT
     place = study.source.parent if study.source is not None else Path.cwd()
-    chosen, specs = select_effects(effects or [], place)
+    chosen, specs = select_effects(effects or [], place, study.model)
     if not quiet:
         say_cost(study, chosen, "diagnose", evaluations=evaluations, threads=threads)
         _say_errors(study, threads)
@@ -166,14 +167,17 @@ def run(
     return Result(data, 130 if interrupted else 0)
 
 
-def select_effects(wanted: list[str], folder: Path) -> tuple[list[Effect] | None, dict[str, str]]:
-    """The effects that take part (None for all), and by name how a study file calls those from a file."""
-    from seatruth.effects import available, load_effects
+def select_effects(wanted: list[str], folder: Path, model: Model) -> tuple[list[Effect] | None, dict[str, str]]:
+    """The effects that take part (None for all), and by name how a study file calls those from a file.
+
+    A pattern means effects on all actuators of a kind; those on one alone where no other fits.
+    """
+    from seatruth.effects import available, available_on, load_effects
     from seatruth.models.user_file import is_file
 
     if not wanted:
         return None, {}
-    installed = available()
+    installed, forms = available(), available_on(model)
     chosen: dict[str, Effect] = {}
     specs: dict[str, str] = {}
     for spec in wanted:
@@ -181,11 +185,11 @@ def select_effects(wanted: list[str], folder: Path) -> tuple[list[Effect] | None
             effect = load_effects([spec], folder)[0]
             chosen[effect.name], specs[effect.name] = effect, spec
             continue
-        matching = [name for name in installed if fnmatch.fnmatchcase(name, spec)]
+        matching = fnmatch.filter(installed, spec) or fnmatch.filter(forms, spec)
         if not matching:
-            raise BadInput(f"there is no effect {spec!r}", where="--effects", do=nearest(spec, installed))
+            raise BadInput(f"there is no effect {spec!r}", where="--effects", do=nearest(spec, forms))
         for name in matching:
-            chosen.setdefault(name, installed[name])
+            chosen.setdefault(name, forms[name])
     return list(chosen.values()), specs
 
 

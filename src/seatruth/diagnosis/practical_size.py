@@ -19,7 +19,7 @@ from seatruth.diagnosis.posterior import ENVIRONMENT, SENSOR
 from seatruth.diagnosis.sensor_errors import SensorErrors
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import Hypothesis
-from seatruth.diagnosis.withdrawals import as_unknown, closed, keeping, others, probably_lacking
+from seatruth.diagnosis.withdrawals import CERTAIN, as_unknown, closed, keeping, others, probably_lacking
 from seatruth.effects import Effect
 from seatruth.effects.causes import is_within
 from seatruth.effects.each_trial import EachTrial, follows_each_trial
@@ -37,9 +37,6 @@ _MOST = 0.5
 """Part of the gap from which what is next to nothing for what it is, is its cause all the same. [S] Of six such in two
 opened sets of `experiments/withheld` (2026-11-30), which closed 0.88 of it or more, or acted where the model met its
 noise, all acted; they were "not in the library"."""
-_CERTAIN = 0.99
-"""Probability from which an error of a sensor stands though it closes next to nothing of a gap of unknown cause. [S] A
-receiver of 0.5 s, which was late, had over 0.999; a log scaled by 5 %, which was right, 0.77."""
 _OF_SPEED = frozenset({"sensor.bias_or_scale.speed", "sensor.alignment.speed"})
 """Errors of a speed sensor that a speed shows at once."""
 
@@ -175,7 +172,7 @@ def without_negligible(
     def negligible(one: Cluster, effect: Effect) -> bool:
         if is_within(one.cause, SENSOR):
             usual = gap.typical_sizes(effect.name) > _TYPICAL
-            doubtful = one.probability < _CERTAIN and (none_closes or (not usual and as_much_without(one)))
+            doubtful = one.probability < CERTAIN and (none_closes or (not usual and as_much_without(one)))
             little = effect.cause in _OF_SPEED and gap.closed_in_its_sensor(effect.name) < settings.small_share
             return (doubtful or little) and not shows_in_its_sensor(shows(effect.name, decision.shown))
         if follows_each_trial(effect) or isinstance(effect, EachTrial):
@@ -196,7 +193,7 @@ def without_negligible(
 
 def is_certain_error(cluster: Cluster, size: float) -> bool:
     """Whether a cause is an error of a sensor that is nearly certain, and of a usual `size` over a typical one."""
-    return is_within(cluster.cause, SENSOR) and cluster.probability >= _CERTAIN and size > _TYPICAL
+    return is_within(cluster.cause, SENSOR) and cluster.probability >= CERTAIN and size > _TYPICAL
 
 
 def _small(cluster: Cluster, decision: Decision, share: Callable[[str], float], settings: Settings) -> bool:

@@ -12,7 +12,7 @@ from seatruth.arrays import Array
 from seatruth.costs.options import FormulaOptions
 from seatruth.diagnosis.other_faults import untried
 from seatruth.diagnosis.problem import Problem
-from seatruth.effects import Effect, available, effects_by_name
+from seatruth.effects import Effect, available, available_on, effects_by_name
 from seatruth.effects.carried_black_box import not_carried
 from seatruth.effects.dependence import depends_on
 from seatruth.errors import BadInput
@@ -69,7 +69,7 @@ def usable_effects(study: Study, wanted: Sequence[Effect | str] | None) -> tuple
     """Effects that can act on the study's model, and why others cannot. BadInput where none can."""
     asked = list(available().values())
     if wanted is not None:
-        installed = {form.name: form for e in asked for form in (e, *e.variants(study.model))}
+        installed = available_on(study.model)
         asked = [e if isinstance(e, Effect) else effects_by_name([e], installed)[0] for e in wanted]
     names = [trial.name for trial in study.trials]
     tried = [e.candidates(study.model) or (e.variants(study.model) if wanted is not None else ()) for e in asked]

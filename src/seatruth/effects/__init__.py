@@ -22,6 +22,11 @@ def available() -> dict[str, Effect]:
     return _found()[0]
 
 
+def available_on(model: Model) -> dict[str, Effect]:
+    """Installed effects by name, and each on one of a model's actuators alone: "thruster_gain_port"."""
+    return {form.name: form for effect in available().values() for form in (effect, *effect.variants(model))}
+
+
 def broken() -> dict[str, str]:
     """Installed effects that cannot be loaded, each with the reason."""
     return _found()[1]
@@ -34,9 +39,9 @@ def load_effects(specs: Sequence[str], folder: str | Path | None = None, model: 
     the nearest known one; PluginError says where a file raised.
     """
     place = Path(folder) if folder is not None else Path.cwd()
-    known: Mapping[str, Effect] = available() if any(not is_file(spec) for spec in specs) else {}
-    if model is not None:
-        known = {form.name: form for effect in known.values() for form in (effect, *effect.variants(model))}
+    known: Mapping[str, Effect] = {}
+    if any(not is_file(spec) for spec in specs):
+        known = available() if model is None else available_on(model)
     return [_of_file(spec, place) if is_file(spec) else effects_by_name([spec], known)[0] for spec in specs]
 
 
@@ -94,6 +99,7 @@ __all__ = [
     "ExtendedBlackBox",
     "ExtendedModel",
     "available",
+    "available_on",
     "broken",
     "dimensions_of",
     "effects_by_name",
