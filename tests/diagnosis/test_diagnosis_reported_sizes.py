@@ -12,8 +12,9 @@ import small_case as small
 
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Search
-from seatruth.diagnosis.reported_sizes import with_reported_sizes
+from seatruth.diagnosis.reported_sizes import reported_fit, with_reported_sizes
 from seatruth.diagnosis.search import search
+from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.trials.trial import Trial
 
 KEY = ("rudder_offset",)
@@ -49,3 +50,21 @@ def test_effects_are_simulated_as_large_as_they_are_reported(ship_folder: Path, 
     assert problem.mean[columns].tolist() == [0.0]
     alone, _ = reporting(found, 12.0, forces=False)
     assert with_reported_sizes(cast(Search, alone), KEY, alone.best(KEY)) is bare, "that is the fit without forces"
+
+
+def test_an_effect_is_as_large_as_in_the_most_probable_set_that_holds_it() -> None:
+    """Rudders of a ferry: 95 % beside another cross-flow drag, for which its term stands, and none of it alone."""
+    fits = {("cross_flow", "rudder_gain"): "both", ("rudder_gain",): "alone", ("current",): "current"}
+    found = SimpleNamespace(
+        best=lambda key: fits.get(tuple(sorted(key))), beside=lambda key, others: f"answer {key} beside {others}"
+    )
+
+    def of(name: str, *sets: tuple[tuple[str, ...], tuple[str, ...]], shown: tuple[str, ...] = ()) -> Any:
+        rows = [Hypothesis(key, True, 0.0, 0.0, 0.5, True, True, like) for key, like in sets]
+        return reported_fit(cast(Search, found), rows, name, shown, ("waves",))
+
+    assert of("rudder_gain", (("rudder_gain",), ("cross_flow",)), (("rudder_gain",), ())) == "both"
+    assert of("rudder_gain", (("current",), ()), (("rudder_gain",), ())) == "alone"
+    assert of("rudder_gain", (("current", "rudder_gain"), ()), (("rudder_gain",), ())) == "alone", "that was not fitted"
+    assert of("current", (("current",), ()), shown=("current",)) == "answer ('current',) beside ('waves',)"
+    assert of("wind", (("current",), ())) is None

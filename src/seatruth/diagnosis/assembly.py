@@ -20,7 +20,7 @@ from seatruth.diagnosis.discrepancy.report import describe
 from seatruth.diagnosis.drift_in_turns import look_like_drift, without_drift
 from seatruth.diagnosis.earth_directions import common_direction
 from seatruth.diagnosis.experiment_design.select import HARDLY, next_trial, survivors, with_motion
-from seatruth.diagnosis.fit import not_converged, without_discrepancy
+from seatruth.diagnosis.fit import Fit, not_converged, without_discrepancy
 from seatruth.diagnosis.gap import Gap, misfit
 from seatruth.diagnosis.headline import headline
 from seatruth.diagnosis.hypotheses import Key, Search
@@ -33,7 +33,7 @@ from seatruth.diagnosis.parts import NextTrial, Validation
 from seatruth.diagnosis.practical_size import is_certain_error, without_negligible, without_small, without_tiny
 from seatruth.diagnosis.prediction_errors import noise_deviation
 from seatruth.diagnosis.reported_noise import noise_of_channels
-from seatruth.diagnosis.reported_sizes import refitted_coefficients
+from seatruth.diagnosis.reported_sizes import refitted_coefficients, reported_fit
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sections import recorded
 from seatruth.diagnosis.sensor_errors import errors_of_sensor
@@ -315,8 +315,11 @@ class Assembly:
         words = {"kinematics", *(self.problem.discrepancy.equations.values() if self.problem.discrepancy else ())}
         return tuple(place for place in places if ":" in place or place in words) or tuple(places)
 
+    def _reported_fit(self, name: str) -> Fit | None:
+        return reported_fit(self.search, self._weighed, name, self.decision.shown, self._beside)
+
     def _parameters(self, name: str) -> tuple[EffectParameter, ...]:
-        fit = self.information.fit_of(name, self.decision.shown, self._beside)
+        fit = self._reported_fit(name)
         return () if fit is None else sizes_of(self.problem, fit, name, lacking=self.decision.discrepancy)
 
     def _effects(self, places: Mapping[str, tuple[str, ...]]) -> tuple[EffectResult, ...]:
@@ -326,11 +329,11 @@ class Assembly:
         ours = {*self.problem.effects, *self.study.model.nominal()}
         for name in ranked:
             effect = self.problem.effects[name]
-            own = self.information.noncentrality(name, key, self._beside)
+            parameters, fit = self._parameters(name), self._reported_fit(name)
+            own = self.information.noncentrality(name, fit)
             seen = leading if name in leading and own > _VISIBLE else ()
             others = [o for o in seen if o != name and not are_one(self.problem.effects, name, o)]
-            near = {o: self.information.noncentrality_between(name, o, key, self._beside) for o in others}
-            parameters = self._parameters(name)
+            near = {o: self.information.noncentrality_between(name, o, fit) for o in others}
             gains = self.gains(name, key) if name in key else np.zeros(0)
             rows.append(
                 EffectResult(

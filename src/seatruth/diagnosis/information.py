@@ -9,15 +9,14 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.diagnosis.fit import Fit
-from seatruth.diagnosis.hypotheses import Key, Search
+from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.marginal_likelihood import Likelihood
 
 
 class Information:
     """Information on the effects of a finished search: all of them linearized at the best fit, all else integrated out.
 
-    `shown` names the effects of the answer: they are taken at their values in its fit, all others at those that they
-    have alone.
+    An effect is taken at its values in a fit that holds it, by default its own alone.
     """
 
     def __init__(self, search: Search) -> None:
@@ -25,14 +24,14 @@ class Information:
         self.at = search.leader
         """The fit of highest evidence; parts that are fitted later, for comparison, change nothing here."""
 
-    def noncentrality(self, name: str, shown: Key, beside: Key = ()) -> float:
+    def noncentrality(self, name: str, fit: Fit | None) -> float:
         """Squared size of an effect's signature, everything else refitted; NaN where it was not fitted."""
-        distance = self._distance(name, shown, beside)
+        distance = self._distance(name, fit)
         return math.nan if distance is None else float(distance @ self._of(name) @ distance)
 
-    def noncentrality_between(self, name: str, other: str, shown: Key = (), beside: Key = ()) -> float:
+    def noncentrality_between(self, name: str, other: str, fit: Fit | None = None) -> float:
         """What is left of an effect's signature when the other one is fitted in its place; inf where it was not."""
-        distance = self._distance(name, shown, beside)
+        distance = self._distance(name, fit or self.search.best((name,)))
         if distance is None:
             return math.inf
         both, n = self._of(name, other), len(distance)
@@ -65,10 +64,6 @@ class Information:
                 found.append(name)
         return found
 
-    def fit_of(self, name: str, shown: Key, beside: Key = ()) -> Fit | None:
-        """The fit that speaks for an effect: of the answer if it is in it, beside those of `beside`, else alone."""
-        return self.search.beside(shown, beside) if name in shown else self.search.best((name,))
-
     @cached_property
     def _likelihood(self) -> Likelihood:
         return Likelihood(self.problem, self.problem.linearize(self.at.point, tuple(self.problem.effects)))
@@ -76,8 +71,7 @@ class Information:
     def _of(self, *names: str) -> Array:
         return self._likelihood.information(self.at.sizes, names)[0]
 
-    def _distance(self, name: str, shown: Key, beside: Key) -> Array | None:
+    def _distance(self, name: str, fit: Fit | None) -> Array | None:
         """Fitted parameters of an effect less their prior means; None where it was not fitted."""
-        fit = self.fit_of(name, shown, beside)
         columns = self.problem.columns[name]
         return None if fit is None else fit.point.shared[columns] - self.problem.mean[columns]

@@ -8,6 +8,7 @@ the effects make up for what is missing. Then they are held about the reported s
 from __future__ import annotations
 
 import copy
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -17,12 +18,26 @@ from seatruth.diagnosis.hypothesis_fits import without_forces
 from seatruth.diagnosis.initial_guess import moved_to
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.size_errors import size_errors
+from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.uncertainty.moved_coefficients import Coefficient
 
 _ELSEWHERE = 3.0
 """Standard errors by which an effect's value without forces may differ from the reported one. Convention."""
 _HELD = 0.25
 """Standard errors within which it is held otherwise: four of these are the widest prior of a magnitude. [S]"""
+
+
+def reported_fit(search: Search, found: Sequence[Hypothesis], name: str, shown: Key, beside: Key) -> Fit | None:
+    """The fit whose size of an effect is reported; None where it was not fitted.
+
+    That is the fit of the answer `shown`, beside those of `beside`, or of the most probable set that holds the effect,
+    with what stands there for another form. Of a ferry whose thruster drew air the rudders' effectiveness had 95 %
+    beside cross-flow drag, and a size of 1.02 +- 0.35 alone, as good as none.
+    """
+    if name in shown:
+        return search.beside(shown, beside)
+    fits = (search.best({*one.effects, *one.like}) for one in found if name in one.effects)
+    return next((fit for fit in fits if fit is not None), None)
 
 
 def with_reported_sizes(search: Search, key: Key, reported: Fit | None) -> Fit:

@@ -25,7 +25,7 @@ class EffectParameter:
     unit: str
     """Its unit."""
     value: float
-    """Fitted together with the verdict's effects, or alone."""
+    """Fitted together with the verdict's effects, or in the most probable set that holds it."""
     stderr: float
     """Standard error; coefficients, initial states, noise and discrepancy are marginalised."""
     lower: float
