@@ -128,6 +128,8 @@ ELSEWHERE = {
     "diagnosis/test_diagnosis_sizes.py": ("diagnosis/size_search",),
     # What the tables of a diagnosis are made of.
     "diagnosis/test_diagnosis_assembly.py": ("diagnosis/information",),
+    # Sentences of the headline.
+    "diagnosis/test_diagnosis_sentences.py": ("diagnosis/look_alikes",),
     # The layout of diagnosis.json, tested by what is saved and loaded.
     "diagnosis/test_diagnosis_results.py": ("diagnosis/parts", "diagnosis/verdict"),
     "diagnosis/test_diagnose_command.py": ("commands/diagnose", "study/augment"),

@@ -22,6 +22,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from seatruth.diagnosis import look_alikes as like
 from seatruth.diagnosis.parts import Shares, Validation
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.verdict import Kind, NamedCause
@@ -30,12 +31,12 @@ from seatruth.text import listed
 AT_NOISE = 1.2
 """Root mean square error over noise up to which a model is said to meet its noise. Chosen here [S]: what is left is
 then at most 0.7 of the noise's standard deviation."""
+_MOST = 0.5
+"""Part of the gap that is surely explained from which it is most of it."""
 _NO_BOUND = 2.0
 """Width of the interval of the part that is explained from which it is not said. [S] From nothing to twice the gap."""
 _SIZED = 3
 """Effects that look alike of which each is told with its size. Chosen here [S]."""
-_FIRST = 4
-"""How many of a long list of effects are named. [S]"""
 _LACKS = "The model also lacks something that no effect of the library describes."
 _STOPPED = "The search was stopped before all effects were compared: this is what it had reached."
 _LOOKS = "It looks like"
@@ -99,15 +100,28 @@ def verdict_sentence(
         text = "There is no gap beyond the noise and the uncertainty of the coefficients"
         return _joined(first, f"{text} (probability {chance(probability)}).", _small(causes))
     if kind == "underpowered":
-        looks = _part_of_it(part), _unpredictive(refused), tiny and f"Significant {tiny}"
+        looks = like.part_of_it(part), like.unpredictive(refused), tiny and f"Significant {tiny}"
         return _joined(first, _undecided(causes, vague, probability, acts=acts), _lacks(discrepancy), *looks)
     beside = tiny and f"Significant beside it, {tiny}"
     if kind == "unknown":
         said = _unknown(causes, probability, shares)
-        form_or_course = _of_another_form(form, curve), _part_of_it(part), _on_one_course(along), _of_kinds(vague)
-        withdrawn = _outdone(outdone, beside=False), _untried(untried, beside=False), _drifting(drift, beside=False)
-        return _joined(first, said, *form_or_course, _unpredictive(refused), *withdrawn, beside)
-    rest = _outdone(outdone, beside=True), _untried(untried, beside=True), _drifting(drift, beside=True)
+        form_or_course = (
+            like.of_another_form(form, curve),
+            like.part_of_it(part),
+            like.on_one_course(along),
+            like.of_kinds(vague),
+        )
+        withdrawn = (
+            like.outdone(outdone, beside=False),
+            like.untried(untried, beside=False),
+            like.drifting(drift, beside=False),
+        )
+        return _joined(first, said, *form_or_course, like.unpredictive(refused), *withdrawn, beside)
+    rest = (
+        like.outdone(outdone, beside=True),
+        like.untried(untried, beside=True),
+        like.drifting(drift, beside=True),
+    )
     named = _named(causes, probability, discrepancy, shares, validation, one_trial)
     return _joined(first, named, *own, *rest, beside)
 
@@ -206,7 +220,9 @@ def _named(
     sentences = []
     unproven = validation is not None and not shrinks_surely(validation)
     if sure:
-        whole = "a part of the gap" if discrepancy and not little_left else "the gap"
+        most = validation is not None and validation.lower > _MOST
+        part = "most of the gap" if most else "a part of the gap"
+        whole = part if discrepancy and not little_left else "the gap"
         probable = f"{_listed(sure)} (probability {chance(probability)})."
         start = f"The most probable cause of {whole} is" if unproven else f"{whole.capitalize()} comes from"
         sentences.append(f"{start} {probable}")
@@ -229,78 +245,6 @@ def _named(
     if large:
         sentences.append(_prediction(validation, one_trial))
     return _joined(*sentences)
-
-
-def _of_another_form(titles: Sequence[str], curve: Sequence[str]) -> str:
-    """What fits, where another form of the model's forces would fit as well, or the form itself."""
-    if titles:
-        other = curve or ["damping or drag of another form than the model's"]
-        return f"It looks like {listed(titles)}. The same show: {listed(other)}."
-    return f"It looks like {listed(curve)}." if curve else ""
-
-
-def _part_of_it(titles: Sequence[str]) -> str:
-    """What fits, where forces are missing beside it, of which it may be a part."""
-    if not titles:
-        return ""
-    them = "it" if len(titles) == 1 else "them"
-    return (
-        f"It looks like {listed(titles)}, but forces of no name are missing beside {them}: a model of another form "
-        "looks the same."
-    )
-
-
-def _unpredictive(titles: Sequence[str]) -> str:
-    """What explains the trials, and does not surely predict those left out."""
-    if not titles:
-        return ""
-    do = "does" if len(titles) == 1 else "do"
-    return f"It looks like {listed(titles)}, which {do} not surely predict trials left out."
-
-
-def _of_kinds(titles: Sequence[str]) -> str:
-    """A list of effects of all kinds, the first of them by name."""
-    if not titles:
-        return ""
-    more = len(titles) - _FIRST
-    shown = [*titles[:_FIRST], f"one of {more} others"] if more > 1 else titles
-    return f"It looks like {' or '.join(shown)}, of which none is probable by itself."
-
-
-def _on_one_course(titles: Sequence[str]) -> str:
-    """What fits, where trials on one course cannot tell it from a force of the vehicle's own."""
-    if not titles:
-        return ""
-    return f"It looks like {listed(titles)}, which trials on one course cannot tell from forces that the model lacks."
-
-
-def _outdone(titles: Sequence[str], *, beside: bool) -> str:
-    """What explains the trials, alone or beside named causes, where those left out are predicted better without it."""
-    if not titles:
-        return ""
-    subject, them = "The rest" if beside else "It", "it" if len(titles) == 1 else "them"
-    return (
-        f"{subject} looks like {listed(titles)}, but trials left out do not bear {them} out: the model is "
-        "of another form."
-    )
-
-
-def _untried(titles: Sequence[str], *, beside: bool) -> str:
-    """What explains the trials, where what cannot be tried on the model may do so as well."""
-    if not titles:
-        return ""
-    return (
-        f"{'The rest' if beside else 'It'} looks like {listed(titles)}, or like a force that cannot be tried on this "
-        "model."
-    )
-
-
-def _drifting(titles: Sequence[str], *, beside: bool) -> str:
-    """What explains the trials, where a vehicle that drifts otherwise in turns than its model does so as well."""
-    if not titles:
-        return ""
-    rest = "The rest" if beside else "It"
-    return f"{rest} looks like {listed(titles)}; a vehicle that drifts a little otherwise in turns shows the same."
 
 
 def _unknown(causes: Sequence[NamedCause], probability: float, shares: Shares) -> str:
@@ -383,6 +327,8 @@ def _prediction(validation: Validation | None, one_trial: bool) -> str:
         own = ", its size in each fitted to that one" if validation.own_sizes else ""
         return f"On trials left out{own}, it explains {whole_percent(validation.gap_explained)} of the gap ({ends})."
     share, said = whole_percent(validation.gap_explained), unproven_in_words(validation)
+    if validation.gap_explained > _MOST:
+        return f"On trials left out it explains {share} of the gap, which is not sure ({ends})."
     return f"But the gap {said} on trials left out: {share} of it is explained ({ends})."
 
 
