@@ -39,12 +39,15 @@ def headline(
         found = {name: effect_in_words(effects[name], model, parameters(name)) for name in names}
         return [f"{effects[name].title} ({size})" if size else effects[name].title for name, size in found.items()]
 
+    refused = sized(said.refused)
+    if said.possible and not said.vague:  # of a refused scale of a log its bias may be the truth
+        refused = [" or ".join(sized(said.possible))]
     return verdict_sentence(
         said.kind, causes, probability, said.discrepancy, shares, validation,
         one_trial=len(search.problem.trials) == 1, acts=said.acts, stopped=search.interrupted,
         form=named(name for name in said.form if not is_only_form(name, effects)),
         curve=named(name for name in said.form if is_only_form(name, effects)),
-        part=named(said.part), refused=sized(said.refused), along=named(said.along), drift=sized(said.drift),
+        part=named(said.part), refused=refused, along=named(said.along), drift=sized(said.drift),
         untried=sized(said.untried), small=sized(said.small), outdone=sized(said.outdone), vague=named(said.vague),
         own=_own_channels(search, said, causes, validation),
     )  # fmt: skip
