@@ -56,28 +56,19 @@ def on_one_course(titles: Sequence[str]) -> str:
 
 def outdone(titles: Sequence[str], *, beside: bool) -> str:
     """What explains the trials, alone or beside named causes, where those left out are predicted better without it."""
-    if not titles:
-        return ""
-    subject, them = "The rest" if beside else "It", "it" if len(titles) == 1 else "them"
-    return (
-        f"{subject} looks like {listed(titles)}, but trials left out do not bear {them} out: the model is "
-        "of another form."
-    )
+    them = "it" if len(titles) == 1 else "them"
+    return _looks(titles, f", but trials left out do not bear {them} out: the model is of another form.", beside=beside)
 
 
 def untried(titles: Sequence[str], *, beside: bool) -> str:
     """What explains the trials, where what cannot be tried on the model may do so as well."""
-    if not titles:
-        return ""
-    return (
-        f"{'The rest' if beside else 'It'} looks like {listed(titles)}, or like a force that cannot be tried on this "
-        "model."
-    )
+    return _looks(titles, ", or like a force that cannot be tried on this model.", beside=beside)
 
 
 def drifting(titles: Sequence[str], *, beside: bool) -> str:
     """What explains the trials, where a vehicle that drifts otherwise in turns than its model does so as well."""
-    if not titles:
-        return ""
-    rest = "The rest" if beside else "It"
-    return f"{rest} looks like {listed(titles)}; a vehicle that drifts a little otherwise in turns shows the same."
+    return _looks(titles, "; a vehicle that drifts a little otherwise in turns shows the same.", beside=beside)
+
+
+def _looks(titles: Sequence[str], reason: str, *, beside: bool) -> str:
+    return f"{'The rest' if beside else 'It'} looks like {listed(titles)}{reason}" if titles else ""
