@@ -53,7 +53,7 @@ def test_effects_are_simulated_as_large_as_they_are_reported(ship_folder: Path, 
 
 
 def test_an_effect_is_as_large_as_in_the_most_probable_set_that_holds_it() -> None:
-    """Rudders of a ferry: 95 % beside another cross-flow drag, for which its term stands, and none of it alone."""
+    """Rudders of a ferry: 95 % beside another cross-flow drag, for which its term stands."""
     fits = {("cross_flow", "rudder_gain"): "both", ("rudder_gain",): "alone", ("current",): "current"}
     found = SimpleNamespace(
         best=lambda key: fits.get(tuple(sorted(key))), beside=lambda key, others: f"answer {key} beside {others}"

@@ -31,8 +31,8 @@ def reported_fit(search: Search, found: Sequence[Hypothesis], name: str, shown: 
     """The fit whose size of an effect is reported; None where it was not fitted.
 
     That is the fit of the answer `shown`, beside those of `beside`, or of the most probable set that holds the effect,
-    with what stands there for another form. Of a ferry whose thruster drew air the rudders' effectiveness had 95 %
-    beside cross-flow drag, and a size of 1.02 +- 0.35 alone, as good as none.
+    with what stands there for another form: of a ferry whose thruster drew air the rudders' effectiveness had 95 %, all
+    of it beside another cross-flow drag, and was told as large as in a fit without that.
     """
     if name in shown:
         return search.beside(shown, beside)
