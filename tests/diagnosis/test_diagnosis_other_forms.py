@@ -8,7 +8,15 @@ from dataclasses import replace
 import pytest
 from decided_by_hand import decided
 
-from seatruth.diagnosis.other_forms import ACTS, ACTS_ALONE, THRUST_ACTS, acting, standing_beside, with_other_forms
+from seatruth.diagnosis.other_forms import (
+    ACTS,
+    ACTS_ALONE,
+    THRUST_ACTS,
+    acting,
+    are_damping,
+    standing_beside,
+    with_other_forms,
+)
 from seatruth.diagnosis.posterior import answers, inclusion, none_and_unknown
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.effects import available
@@ -109,3 +117,11 @@ def test_an_answer_stands_beside_the_waves_and_the_terms_of_another_form_that_le
     leading = ("cross_flow", "current", "wave_drift", "wave_forces")
     assert standing_beside(leading, available()) == ("cross_flow", "wave_forces")
     assert standing_beside(("current", "trial_current"), available()) == ()
+
+
+def test_forces_on_one_side_and_a_loss_of_thrust_are_no_damping() -> None:
+    """They may be a fouled side or a damaged propeller: nobody is told that nothing is wrong."""
+    effects = available()
+    assert are_damping(["cross_flow", "turning_loss", "drag_curve"], effects)
+    for name in ("one_sided_turns", "thrust_gain", "drag_increase", "rudder_gain"):
+        assert not are_damping(["cross_flow", name], effects)

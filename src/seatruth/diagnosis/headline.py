@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 from seatruth.diagnosis.decision import Decision
 from seatruth.diagnosis.hypotheses import Search
-from seatruth.diagnosis.other_forms import is_only_form
+from seatruth.diagnosis.other_forms import are_damping, is_only_form
 from seatruth.diagnosis.parts import Shares, Validation
 from seatruth.diagnosis.posterior import SENSOR
 from seatruth.diagnosis.sensor_channels import sensor_channels
@@ -47,6 +47,7 @@ def headline(
         one_trial=len(search.problem.trials) == 1, acts=said.acts, stopped=search.interrupted,
         form=named(name for name in said.form if not is_only_form(name, effects)),
         curve=named(name for name in said.form if is_only_form(name, effects)),
+        damping=are_damping(said.form, effects),
         part=named(said.part), refused=refused, along=named(said.along), drift=sized(said.drift),
         untried=sized(said.untried), small=sized(said.small), outdone=sized(said.outdone), vague=named(said.vague),
         own=_own_channels(search, said, causes, validation),

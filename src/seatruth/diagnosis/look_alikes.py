@@ -8,15 +8,19 @@ from seatruth.text import listed
 
 _FIRST = 4
 """How many of a long list of effects are named. [S]"""
-_SOUND = "A vehicle with nothing wrong often differs so from its model."
+_SOUND = " A vehicle with nothing wrong often differs so from its model."
 
 
-def of_another_form(titles: Sequence[str], curve: Sequence[str]) -> str:
-    """What fits, where another form of the model's forces would fit as well, or the form itself."""
+def of_another_form(titles: Sequence[str], curve: Sequence[str], *, damping: bool) -> str:
+    """What fits, where another form of the model's forces would fit as well, or the form itself.
+
+    All of it may be `damping`, which is no sign that anything is wrong. Forces on one side are: a hull has none.
+    """
+    sound = _SOUND if damping else ""
     if titles:
         other = curve or ["damping or drag of another form than the model's"]
-        return f"It looks like {listed(titles)}. The same show: {listed(other)}. {_SOUND}"
-    return f"It looks like {listed(curve)}. {_SOUND}" if curve else ""
+        return f"It looks like {listed(titles)}. The same show: {listed(other)}.{sound}"
+    return f"It looks like {listed(curve)}.{sound}" if curve else ""
 
 
 def part_of_it(titles: Sequence[str]) -> str:

@@ -43,7 +43,8 @@ _THRUST_LED, _THRUST_ACTED = 5, 0
 """The same for a factor on all thrust beside another effect, of these 247: in four cases the resistance was steeper
 than the model's, in one the hull was fouled on one side."""
 THRUST_ACTS = (_THRUST_ACTED + 1) / (_THRUST_LED + 2)
-_ONLY_FORM = ("hydrodynamics.damping_or_lift.drag_curve", "hydrodynamics.one_sided")
+_CURVE = "hydrodynamics.damping_or_lift.drag_curve"
+_ONLY_FORM = (_CURVE, "hydrodynamics.one_sided")
 """Causes that only give what is missing a form: no vehicle has a fault of that name."""
 
 
@@ -94,6 +95,11 @@ def standing_beside(key: Sequence[str], effects: Mapping[str, Effect]) -> tuple[
 def is_only_form(name: str, effects: Mapping[str, Effect]) -> bool:
     """Whether an effect is a form of what is missing that no cause stands for."""
     return any(is_within(effects[name].cause, form) for form in _ONLY_FORM)
+
+
+def are_damping(names: Sequence[str], effects: Mapping[str, Effect]) -> bool:
+    """Whether all effects stand for damping or drag of another form, which is no sign that anything is wrong."""
+    return all(_is_damping(name, effects) or is_within(effects[name].cause, _CURVE) for name in names)
 
 
 def alike(key: Key, sets: Mapping[Key, float], effects: Mapping[str, Effect], least: float) -> dict[str, Key]:

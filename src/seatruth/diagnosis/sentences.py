@@ -53,6 +53,7 @@ def verdict_sentence(
     one_trial: bool,
     form: Sequence[str] = (),
     curve: Sequence[str] = (),
+    damping: bool = False,
     part: Sequence[str] = (),
     refused: Sequence[str] = (),
     along: Sequence[str] = (),
@@ -77,6 +78,7 @@ def verdict_sentence(
         one_trial: whether there is one trial only, so that none can be left out.
         form: titles of effects that fit as a hull of another form does.
         curve: titles of forms of the model that fit where no such effect does.
+        damping: whether all of these are damping or drag of another form.
         part: titles of terms of the model's forces that are probable, and not named since others are missing.
         refused: titles of effects that are probable, and not named since they do not surely predict trials left out.
         along: titles of effects that keep their direction on the earth, and are not named since all trials are on one
@@ -106,7 +108,7 @@ def verdict_sentence(
     if kind == "unknown":
         said = _unknown(causes, probability, shares)
         form_or_course = (
-            like.of_another_form(form, curve),
+            like.of_another_form(form, curve, damping=damping),
             like.part_of_it(part),
             like.on_one_course(along),
             like.of_kinds(vague),
