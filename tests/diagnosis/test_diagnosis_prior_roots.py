@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 
 import boat_case as boat
@@ -91,3 +92,21 @@ def test_the_energy_is_the_squared_distance_from_the_prior_means(problem: Proble
         for matrix, distance in zip([root, *[whole] * len(own)], distances, strict=True)
     )
     assert roots.energy(sizes, EFFECTS, point, ()) == pytest.approx(expected, rel=1e-6)
+
+
+def test_the_energy_does_not_depend_on_the_units_of_a_coefficient(problem: Problem, sizes: Sizes) -> None:
+    """Coefficients of a ship, in newton metres, are 1e12 times the deviation of a term: none of the others is lost."""
+    roots, rng = PriorRoots(problem), np.random.default_rng(3)
+    free, root = roots.shared(sizes, EFFECTS, ())
+    shared = problem.mean.copy()
+    shared[free] += root @ rng.normal(size=len(free))
+    at = Point(shared, np.broadcast_to(problem.initial_mean, problem.start.initial.shape), 0.0 * problem.start.forces)
+    before = roots.energy(sizes, EFFECTS, at, ())
+
+    coefficient, sd = int(problem.coefficients[0]), problem.sd.copy()
+    sd[coefficient] *= 1e12
+    large = shared.copy()
+    large[coefficient] = problem.mean[coefficient] + 1e12 * (shared - problem.mean)[coefficient]
+    heavy = copy(problem)
+    heavy.sd = sd
+    assert PriorRoots(heavy).energy(sizes, EFFECTS, replace(at, shared=large), ()) == pytest.approx(before, rel=1e-9)

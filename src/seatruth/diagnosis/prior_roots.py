@@ -133,8 +133,14 @@ class PriorRoots:
 
 
 def _squared(root: Array, values: Array) -> float:
-    """Sum of squared distances of columns from zero in a normal prior with this square root of its covariance."""
+    """Sum of squared distances of columns from zero in a normal prior with this square root of its covariance.
+
+    Each row is taken in its own prior deviation. Coefficients in newton metres, of 1e9, and a gain of 1 stand in one
+    root: in their own units its small rows would pass for rounding, and those unknowns would be free.
+    """
     if not values.size:
         return 0.0
-    scaled = np.linalg.lstsq(root, values, rcond=1e-10)[0]
+    sd = np.linalg.norm(root, axis=1)
+    free = sd > 0.0  # what is known to be none stays none
+    scaled = np.linalg.lstsq(root[free] / sd[free, None], (values[free].T / sd[free]).T, rcond=1e-10)[0]
     return float((scaled * scaled).sum())
