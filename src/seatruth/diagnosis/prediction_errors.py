@@ -21,6 +21,7 @@ from seatruth.diagnosis.fit import Fit, without_discrepancy
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.sizes import Sizes, noise_shapes
 from seatruth.diagnosis.unknowns import SharedStep
+from seatruth.statistics.covariance_root import covariance_root
 
 _AT_MOST = 3.0
 """Standard deviations up to which unknowns may lie elsewhere than the other trials say. [S] 1 of 370 lies beyond."""
@@ -89,9 +90,8 @@ class PredictionErrors:
         self._starts = self._rows(reference.starts)
         self._curvature = self._starts.T @ self._starts + np.diag(1.0 / problem.initial_sd**2)
         step = self._step(reference)
-        values, vectors = np.linalg.eigh(step.covariance)
-        root = np.zeros((len(reference.fit.likelihood.columns), len(values)))
-        root[np.isin(reference.fit.likelihood.columns, step.free)] = vectors * np.sqrt(np.maximum(values, 0.0))
+        root = np.zeros((len(reference.fit.likelihood.columns), len(step.free)))
+        root[np.isin(reference.fit.likelihood.columns, step.free)] = covariance_root(step.covariance)
         self._along, self._open, _ = np.linalg.svd(
             self._fitted(self._rows(reference.slopes) @ root), full_matrices=False
         )

@@ -26,6 +26,7 @@ from seatruth.arrays import Array
 from seatruth.costs.base import Cost
 from seatruth.errors import BadInput, SeatruthError
 from seatruth.progress import Progress, ProgressEvent, remaining
+from seatruth.statistics.covariance_root import covariance_root
 from seatruth.statistics.posterior_sample import ENOUGH_TIMES, VALUE, Posterior, summarised
 from seatruth.storage.checkpoint import Checkpoint
 from seatruth.text import listed
@@ -190,11 +191,7 @@ def _first_places(cost: Cost, x: Array, covariance: Array, random: np.random.Ran
     matrix[np.ix_(known, known)] = covariance[np.ix_(known, known)]
     too_wide = np.minimum(1.0, _WIDEST * width / np.sqrt(np.diag(matrix)))
     matrix *= np.outer(too_wide, too_wide)
-    sd: Array = np.sqrt(np.diag(matrix))
-    # Of the correlation, as parameters differ by orders of magnitude.
-    values, vectors = np.linalg.eigh(matrix / np.outer(sd, sd))
-    root = sd[:, None] * vectors * np.sqrt(np.clip(values, _FLATTEST, None))
-    free = x + random.normal(size=(walkers, size)) @ root.T
+    free = x + random.normal(size=(walkers, size)) @ covariance_root(matrix, _FLATTEST).T
     mirrored = np.where(free < low, 2.0 * low - free, np.where(free > high, 2.0 * high - free, free))
     draws: Array = np.clip(mirrored, low, high)
     for _ in range(_HALVINGS):
