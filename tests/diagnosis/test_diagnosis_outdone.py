@@ -9,7 +9,8 @@ import pytest
 from decided_by_hand import EFFECTS, decided, hypotheses
 
 from seatruth.diagnosis.decision import Decision
-from seatruth.diagnosis.outdone import without_outdone
+from seatruth.diagnosis.hypotheses import Key
+from seatruth.diagnosis.outdone import without_hindering, without_outdone
 from seatruth.diagnosis.parts import Fold, Validation
 from seatruth.diagnosis.sensor_errors import SensorErrors
 from seatruth.diagnosis.verdict import Hypothesis
@@ -240,3 +241,33 @@ def test_an_error_of_a_sensor_that_comes_no_nearer_falls_where_no_run_strays() -
         # A receiver 0.8 s late, over 99.9 %, came no nearer by 0.002 of what a ferry's model misses.
         assert (left(1.41, strays=False) == said) == (p == 0.995)
         assert left(1.38, strays=False) == said
+
+
+def test_what_keeps_the_others_from_predicting_trials_left_out_goes_where_these_surely_do_alone() -> None:
+    """Of a ship on a pond in wind, whose positions were late and whose thrusters seemed to be late as well."""
+    late, thrusters, wind, drift = "position_delay", "thruster_lag", "wind", "wave_drift"
+    entries = ((late, thrusters, wind), 0.5, True), ((late, thrusters, drift), 0.45, True), ((late,), 0.05, True)
+    said, found = decided(*entries), hypotheses(*entries)
+    assert [cluster.effects for cluster in said.clusters] == [(late,), (thrusters,), (wind, drift)]
+
+    def left(closing: dict[frozenset[str], tuple[float, float]], unfitted: str = "") -> Decision:
+        def validated(key: Key) -> Validation | None:
+            explained, lower = closing.get(frozenset(key), (0.0, -0.1))
+            return Validation((), explained, lower, 1.0, -2.0)
+
+        return without_hindering(said, found, validated, lambda key: None if unfitted in key else key)
+
+    all_three, alone = frozenset((late, thrusters, wind)), frozenset((late, wind))
+    kept = left({all_three: (0.35, -0.4), alone: (0.58, 0.35)})
+    assert [cluster.effects for cluster in kept.clusters] == [(late,), (wind, drift)]
+    assert (kept.shown, kept.refused, kept.discrepancy) == ((late, wind), (thrusters,), True)
+    # The others stand by whichever of their effects predicts, as far as it is fitted beside them.
+    other = frozenset((late, drift))
+    assert left({all_three: (0.35, -0.4), other: (0.4, 0.1)}).shown == (late, drift)
+    assert left({all_three: (0.35, -0.4), other: (0.4, 0.1)}, unfitted=drift) == said
+    # All stay where they surely close a part together, where nothing surely does, or where they close more.
+    assert left({all_three: (0.5, 0.1), alone: (0.58, 0.35)}) == said
+    assert left({all_three: (0.35, -0.4), alone: (0.58, -0.01)}) == said
+    assert left({all_three: (0.7, -0.4), alone: (0.58, 0.35)}) == said
+    # An error of a sensor, which is small beside such a gap, takes nothing away and is not taken.
+    assert left({all_three: (0.35, -0.4), frozenset((thrusters, wind)): (0.6, 0.3)}) == said

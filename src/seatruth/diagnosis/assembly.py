@@ -28,7 +28,7 @@ from seatruth.diagnosis.hypothesis_fits import ensure
 from seatruth.diagnosis.information import Information
 from seatruth.diagnosis.localization import by_channel, in_region, in_time, shares, whitened
 from seatruth.diagnosis.other_forms import standing_beside, with_other_forms
-from seatruth.diagnosis.outdone import without_outdone
+from seatruth.diagnosis.outdone import without_hindering, without_outdone
 from seatruth.diagnosis.parts import NextTrial, Validation
 from seatruth.diagnosis.practical_size import is_certain_error, without_negligible, without_small, without_tiny
 from seatruth.diagnosis.prediction_errors import noise_deviation
@@ -38,7 +38,7 @@ from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sections import recorded
 from seatruth.diagnosis.sensor_errors import errors_of_sensor
 from seatruth.diagnosis.shared_directions import is_shared
-from seatruth.diagnosis.size_errors import is_sure, sizes_of
+from seatruth.diagnosis.size_errors import beyond_belief, is_sure, sizes_of
 from seatruth.diagnosis.sizes import is_no_noise
 from seatruth.diagnosis.sizes_in_words import effect_in_words, furthest, prior_deviations
 from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis, NamedCause, Verdict, least_probable
@@ -135,17 +135,12 @@ class Assembly:
             left = self._predicting(said)
             if left.clusters != said.clusters:
                 left = without_unsure(left, self._weighed, self._helps)
-            left = self._fitted(without_leaning(left, self._weighed, self._doubtful(left.shown), self.settings), left)
+            doubtful = beyond_belief(self.problem, self.search.beside(left.shown, self._beside), left.shown)
+            left = self._fitted(without_leaning(left, self._weighed, doubtful, self.settings), left)
             if left.clusters == said.clusters:
                 return left
             said = left
         return said
-
-    def _doubtful(self, key: Key) -> list[str]:
-        """Effects of a set, but for waves, whose size is beyond what is believed: nothing leans on a wave's."""
-        fit, most = self.search.beside(key, self._beside), self.settings.implausible
-        names = [name for name in key if not follows_each_trial(self.problem.effects[name])]
-        return [name for name in names if fit is not None and fit.prior_deviations(self.problem, name) > most]
 
     def _fitted(self, said: Decision, before: Decision) -> Decision:
         """The decision, with what is left of an earlier one fitted."""
@@ -155,6 +150,8 @@ class Assembly:
 
     def _predicting(self, said: Decision) -> Decision:
         """The same as `_judged`, where a cause may stand by another of its effects than the leading one."""
+        if self._gap_of(said.shown).strays:
+            said = without_hindering(said, self._weighed, self._validated, self.search.best)
         alike = [cluster.effects for cluster in said.clusters]
         keys = [said.shown, *(tuple(sorted(key)) for key in itertools.product(*alike))]
         tried = []

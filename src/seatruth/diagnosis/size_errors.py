@@ -17,11 +17,13 @@ from scipy.special import ndtr, stdtrit
 from seatruth.arrays import Array
 from seatruth.diagnosis.drift_in_turns import drift_error
 from seatruth.diagnosis.fit import Fit
+from seatruth.diagnosis.hypotheses import Key
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.sections import left_out_together
 from seatruth.diagnosis.tempering import tempered_deviation
 from seatruth.diagnosis.verdict import EffectParameter
 from seatruth.effects.causes import is_within
+from seatruth.effects.each_trial import follows_each_trial
 
 _THROUGH_FORCES = ("actuator", "loading", "hydrodynamics", "environment.force_fixed_to_earth")
 """Causes that show by what the model makes of forces, not in the motion or in a sensor itself."""
@@ -58,6 +60,13 @@ def sizes_of(problem: Problem, fit: Fit, name: str, *, lacking: bool = False) ->
         ends = value - 1.96 * error, value + 1.96 * error
         found.append(EffectParameter(q.name, q.unit, value, error, *ends, null, float(problem.sd[k]), systematic))
     return tuple(found)
+
+
+def beyond_belief(problem: Problem, fit: Fit | None, key: Key) -> list[str]:
+    """Effects of a set, but for waves, whose size a fit puts beyond what is believed: nothing leans on a wave's."""
+    most = problem.settings.implausible
+    names = [name for name in key if not follows_each_trial(problem.effects[name])]
+    return [name for name in names if fit is not None and fit.prior_deviations(problem, name) > most]
 
 
 def _form_error(problem: Problem, name: str) -> float:
