@@ -5,7 +5,9 @@ from __future__ import annotations
 import dataclasses
 import math
 from pathlib import Path
+from typing import Any
 
+import boat_case as boat
 import numpy as np
 import pytest
 import small_case as small
@@ -15,6 +17,47 @@ from seatruth.diagnosis.pipeline import diagnose
 from seatruth.effects import load_effects
 
 pytestmark = pytest.mark.slow
+
+_MILLIONS = 1e12
+"""Units of a coefficient in those of another: newton metres beside what is of the order of one."""
+
+
+class BoatInMillions(boat.Boat):
+    """The boat with its rudder's effect in other units."""
+
+    name = "boat in millions"
+    parameters = tuple(
+        dataclasses.replace(
+            one, value=one.value * _MILLIONS, min=one.min * _MILLIONS, max=one.max * _MILLIONS,
+            prior=Prior(0.15 * _MILLIONS, 0.02 * _MILLIONS),
+        ) if one.name == "K" else one
+        for one in boat.Boat.parameters
+    )  # fmt: skip
+
+    @staticmethod
+    def rhs(s: Any, i: Any, p: Any, e: Any) -> tuple[Any, ...]:
+        surge, sway, _, *rest = boat.Boat.rhs(s, i, p, e)
+        return (surge, sway, (p.K * i.delta / _MILLIONS - s.r) / p.T, *rest)
+
+
+def test_the_units_of_a_coefficient_change_nothing() -> None:
+    rudders = [{"delta": boat.zigzag(120, angle, every)} for angle, every in ((0.2, 15.0), (-0.2, 15.0), (0.3, 30.0))]
+    runs = boat.trials(
+        boat.Boat(), rudders, headings=[0.0, 1.0, 2.0], specs=["rudder_lag"], effects={"rudder_lag_tau": 0.8}
+    )
+    usual, heavy = (
+        diagnose(boat.study(model, runs), ["rudder_lag", "gyro_bias"], suggest=False)
+        for model in (boat.Boat(), BoatInMillions())
+    )
+    assert usual.named == heavy.named == ("rudder_lag",)
+    others = {(one.effects, one.discrepancy): one for one in heavy.hypotheses}
+    for one in usual.hypotheses:
+        assert others[one.effects, one.discrepancy].log_evidence == pytest.approx(one.log_evidence, abs=0.05)
+    assert usual.validation is not None
+    assert heavy.validation is not None
+    for fold, other in zip(usual.validation.folds, heavy.validation.folds, strict=True):
+        assert other.error_effects == pytest.approx(fold.error_effects, rel=1e-3)
+        assert other.left_open == pytest.approx(fold.left_open, rel=1e-3)
 
 
 def test_one_trial_alone(ship_folder: Path, offset_runs: list[Trial]) -> None:
