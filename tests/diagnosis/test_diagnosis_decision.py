@@ -66,7 +66,15 @@ def test_an_undecided_answer_lists_what_was_refused_with_what_looks_like_it() ->
     entries = (("speed_scale",), 0.5), (("speed_bias",), 0.45), ((), 0.02), ((), 0.03, True)
     said = decided(*entries, helps=lambda name, key: False)
     assert (said.kind, said.refused, said.acts) == ("underpowered", ("speed_scale",), True)
-    assert said.possible == ("speed_scale", "speed_bias")
+    assert said.possible == said.alike == ("speed_scale", "speed_bias")
+
+
+def test_an_unknown_answer_tells_what_was_refused_with_what_looks_like_it() -> None:
+    """Of a ferry with one thruster 12 % weak it looked like its dead band, or more thrust of the other one."""
+    entries = (("wind",), 0.5, True), (("wave_drift",), 0.4, True), ((), 0.1, True)
+    said = decided(*entries, near={frozenset(("wind", "wave_drift")): 0.0}, helps=lambda name, key: False)
+    assert (said.kind, said.refused, said.possible) == ("unknown", ("wind",), ())
+    assert said.alike == ("wind", "wave_drift")
 
 
 def test_what_shows_the_same_is_named_as_one_cause_though_its_families_differ() -> None:

@@ -45,9 +45,11 @@ def test_what_is_not_named_is_told_with_its_size(found: Search) -> None:
     assert "It looks like yaw rate bias (b 0.2" in refused
     assert "deg/s), but trials left out do not bear it out" in refused
     either = ("gyro_bias", "heading_bias")
-    open_ = told(Decision("underpowered", (), 0.9, False, (), refused=either[:1], acts=True, possible=either))
-    assert "deg/s) or heading bias (" in open_
-    assert "which does not surely predict trials left out." in open_
+    open_ = told(Decision("underpowered", (), 0.9, False, (), refused=either[:1], alike=either, acts=True))
+    unknown = told(replace(said, refused=either[:1], alike=either))
+    for sentence in (open_, unknown):
+        assert "deg/s) or heading bias (" in sentence
+        assert "which does not surely predict trials left out." in sentence
     assert "of no practical size: yaw rate bias (b 0.2" in told(replace(said, small=("gyro_bias",)))
 
 

@@ -77,6 +77,8 @@ class Decision:
     """Terms of the model's forces that are probable, and not named since others are missing beside them."""
     refused: Key = ()
     """Effects that are probable, and not named since they do not surely predict trials left out."""
+    alike: Key = ()
+    """Those of them that the most probable set has, and what looks like them in these trials."""
     drift: Key = ()
     """Errors of positions that explain the trials, and that a model with another drift in turns shows as well."""
     acts: bool = False
@@ -168,6 +170,7 @@ def decide(
             along,
             part=tuple(part),
             refused=refused,
+            alike=lookalikes,
             vague=vague.effects if vague is not None and not refused else (),
         )
     acts = none <= SURELY
@@ -179,6 +182,7 @@ def decide(
         (),
         part=tuple(part),
         refused=refused,
+        alike=lookalikes,
         acts=acts,
         vague=vague.effects if acts and vague is not None else (),
         possible=() if not acts else vague.effects if vague is not None else lookalikes,

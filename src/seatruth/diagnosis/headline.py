@@ -39,9 +39,8 @@ def headline(
         found = {name: effect_in_words(effects[name], model, parameters(name)) for name in names}
         return [f"{effects[name].title} ({size})" if size else effects[name].title for name, size in found.items()]
 
-    refused = sized(said.refused)
-    if said.possible and not said.vague:  # of a refused scale of a log its bias may be the truth
-        refused = [" or ".join(sized(said.possible))]
+    # Of a refused scale of a log its bias may be the truth, of one thruster's dead band the other's thrust.
+    refused = [" or ".join(sized(said.alike))] if said.alike else sized(said.refused)
     return verdict_sentence(
         said.kind, causes, probability, said.discrepancy, shares, validation,
         one_trial=len(search.problem.trials) == 1, acts=said.acts, stopped=search.interrupted,
