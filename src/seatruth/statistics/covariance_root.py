@@ -8,7 +8,7 @@ from seatruth.arrays import Array
 
 
 def covariance_root(covariance: Array, flattest: float = 0.0) -> Array:
-    """A root (n, n), whose product with its own transpose is the covariance (n, n), of orthogonal correlated directions.
+    """A root (n, n): its product with its own transpose is the covariance (n, n).
 
     It is that of the correlation, each row in its own deviation: an eigenvalue is known to 1e-16 of the largest, and
     beside a coefficient of 1e8 N m the variance of a rudder's gain would be rounding. Eigenvalues of the correlation
