@@ -17,7 +17,7 @@ from seatruth.diagnosis.clusters import Cluster
 from seatruth.diagnosis.cross_validation import lower_bound, predictive_gains, surely_positive, validate
 from seatruth.diagnosis.decision import Decision, decide
 from seatruth.diagnosis.discrepancy.report import describe
-from seatruth.diagnosis.drift_in_turns import look_like_drift, without_drift
+from seatruth.diagnosis.drift_in_turns import without_drift
 from seatruth.diagnosis.earth_directions import common_direction
 from seatruth.diagnosis.experiment_design.select import HARDLY, next_trial, survivors, with_motion
 from seatruth.diagnosis.fit import Fit, not_converged, without_discrepancy
@@ -26,6 +26,7 @@ from seatruth.diagnosis.headline import headline
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import ensure
 from seatruth.diagnosis.information import Information
+from seatruth.diagnosis.late_or_drifting import drifting
 from seatruth.diagnosis.localization import by_channel, in_region, in_time, shares, whitened
 from seatruth.diagnosis.other_forms import standing_beside, with_other_forms
 from seatruth.diagnosis.outdone import without_hindering, without_outdone
@@ -183,8 +184,8 @@ class Assembly:
 
     def _but_drift(self, said: Decision) -> Decision:
         """The decision less what a vehicle that drifts otherwise in turns than its model shows as well."""
-        drifting = look_like_drift(self.problem, self.search.beside(said.shown, self._beside), said.shown)
-        return without_drift(said, self._weighed, drifting, self._validated)
+        like = drifting(self.search, self.search.beside(said.shown, self._beside), said.shown)
+        return without_drift(said, self._weighed, like, self._validated)
 
     @cached_property
     def _noise_is_motion(self) -> bool:

@@ -46,7 +46,8 @@ whose models have another form antennas were named, or led, that were where the 
 three states of one of 7.2 m, 0.18 to 0.25 of the length, and 4.8 m of one of 7.5 m."""
 _WITHIN = 2.0
 """Deviations of the usual error up to which an antenna's place ahead is that error: two, by convention."""
-_ANTENNA, _TIMING = "sensor.alignment.position", "sensor.timing"
+ANTENNA, TIMING = "sensor.alignment.position", "sensor.timing"
+"""Causes of the place of a receiver, and of what is late."""
 _REST = 0.25
 """Part of what an effect moves the positions by, in squares, that a place ahead leaves, up to which it looks like one.
 [S] Of seven late positions four left 0.02 to 0.1 of it, and three 0.3 to 0.6."""
@@ -77,8 +78,14 @@ def look_like_drift(problem: Problem, fit: Fit | None, names: Sequence[str]) -> 
     places = {name: _place(problem, fit.point, name) for name in names} if fit is not None else {}
     least = {name: _PART * abs(at.drift) for name, at in places.items() if at is not None and at.is_ahead}
     short = _WITHIN * _usual(problem) * _length(problem)
-    least |= {name: max(part, short) for name, part in least.items() if problem.effects[name].cause == _ANTENNA}
+    least |= {name: max(part, short) for name, part in least.items() if problem.effects[name].cause == ANTENNA}
     return [name for name, at in places.items() if at is not None and abs(at.ahead) < least.get(name, 0.0)]
+
+
+def equivalent_place(problem: Problem, point: Point, name: str) -> tuple[float, float] | None:
+    """Place of a receiver (m ahead, m to starboard) that moves positions as an error of a sensor does; None for none."""
+    at = _place(problem, point, name)
+    return None if at is None else (at.ahead, at.abeam)
 
 
 def _usual(problem: Problem) -> float:
@@ -89,7 +96,9 @@ def _usual(problem: Problem) -> float:
 
 def _shows_drift(problem: Problem) -> bool:
     """Whether trials record the speed abeam, over ground or through the water."""
-    return bool({"v", "v_w"} & {*_standard(problem, problem.outputs)})
+    recorded = {one.channel for one in problem.series if len(one.rows)}
+    abeam = (at for name, at in _standard(problem, problem.outputs).items() if name in ("v", "v_w"))
+    return any(channel in recorded for channel, _ in abeam)
 
 
 def _length(problem: Problem) -> float:
@@ -110,7 +119,7 @@ def drift_error(problem: Problem, fit: Fit, name: str) -> float:
     at = _place(problem, fit.point, name)
     if at is None or not at.is_ahead:
         return 0.0
-    usual = _USUAL_OF_DELAYS if is_within(problem.effects[name].cause, _TIMING) else _usual(problem)
+    usual = _USUAL_OF_DELAYS if is_within(problem.effects[name].cause, TIMING) else _usual(problem)
     return usual * max(abs(at.drift), _length(problem)) / abs(at.ahead)
 
 
@@ -164,7 +173,7 @@ def without_drift(
     if not decision.discrepancy:
         return decision
     likely = [one for one in decision.clusters if one.member_in(decision.shown) in like]
-    gone = tuple(one.member_in(decision.shown) for one in likely if one.cause == _ANTENNA)
+    gone = tuple(one.member_in(decision.shown) for one in likely if one.cause == ANTENNA)
     kept = tuple(one for one in decision.clusters if one not in likely)
     gone = tuple(dict.fromkeys([*gone, *unless_it_closes(decision, kept, validated)]))
     kept = tuple(one for one in decision.clusters if one.member_in(decision.shown) not in gone)
