@@ -233,3 +233,23 @@ def test_an_offset_that_is_part_of_the_start_is_left_out() -> None:
     usable, reasons = usable_effects(study, ["depth_bias", "depth_scale"])
     assert [effect.name for effect in usable] == ["depth_scale"]
     assert "no rate depends on 'z'" in reasons["depth_bias"]
+
+
+def test_what_no_trial_can_show_takes_no_part() -> None:
+    """Of a river vessel, sway was not recorded and the bow thruster never ran: seven effects that could not act."""
+    model = load_model("bluerov2")
+    t, idle = np.arange(20.0), model.actuators[0]
+    inputs = {channel.name: np.full(20, 15.0 if channel.name == "voltage" else 0.2) for channel in model.inputs}
+    outputs = {channel.name: 0.1 * t for channel in model.outputs if channel.name != "v"}
+
+    def tried(**more: np.ndarray) -> tuple[set[str], dict[str, str]]:
+        runs = [Trial(f"run {k}", t, {**inputs, **more}, outputs, synthetic=True) for k in range(2)]
+        usable, reasons = usable_effects(boat.study(model, runs), ["sway_bias", "heading_bias", "thruster_gain"])
+        return {effect.name for effect in usable}, reasons
+
+    usable, reasons = tried(**{idle.input: np.zeros(20)})
+    assert (reasons["sway_bias"], "heading_bias" in usable) == ("no trial records 'v'", True)
+    assert reasons[f"thruster_gain_{idle.name}"] == f"no trial moves {idle.input!r}"
+    # All thrusters together act by those that run, and one that ran at times acts by itself.
+    assert "thruster_gain" in usable
+    assert f"thruster_gain_{idle.name}" in tried(**{idle.input: np.where(t < 5.0, 0.1, 0.0)})[0]

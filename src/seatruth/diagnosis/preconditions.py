@@ -14,6 +14,7 @@ from seatruth.diagnosis.other_faults import untried
 from seatruth.diagnosis.problem import Problem
 from seatruth.effects import Effect, available, available_on, effects_by_name
 from seatruth.effects.carried_black_box import not_carried
+from seatruth.effects.causes import is_within
 from seatruth.effects.dependence import depends_on
 from seatruth.errors import BadInput
 from seatruth.models.base import Model
@@ -32,6 +33,8 @@ _GROWN = 1e12
 """Size of derivatives, in SI units, from which a run is about to diverge. [S] Those of usual runs are below 1e6."""
 _ONE_COURSE = 0.5
 """rad: courses that differ less count as one. [S]"""
+_THRUST = "actuator.propulsion"
+"""Family of causes that act on what a thruster gives: nothing, where it stands still. A rudder amidships has a zero."""
 
 _NEAR_VERTICAL = math.radians(80.0)
 """Pitch beyond which rates of the Euler angles are more than six times those of the body, 1/cos(pitch). [S]"""
@@ -86,6 +89,7 @@ def usable_effects(study: Study, wanted: Sequence[Effect | str] | None) -> tuple
             reason = "it is noise, which the noise model describes"
         if not reason and effect.start and not depends_on(study.model, effect.start):
             reason = f"no rate depends on {effect.start!r}, so that it is part of that at the start of a trial"
+        reason = reason or _unseen(effect, study)
         if reason:
             reasons[effect.name] = reason
         else:
@@ -97,6 +101,20 @@ def usable_effects(study: Study, wanted: Sequence[Effect | str] | None) -> tuple
             do="; ".join(f"{name}: {why}" for name, why in list(reasons.items())[:3]),
         )
     return usable, reasons
+
+
+def _unseen(effect: Effect, study: Study) -> str:
+    """Why no trial of a study can show an effect: its sensors are not recorded, or its thrusters stand still."""
+    places = [place.partition(":") for place in effect.places(study.model)]
+    if places and all(word == "sensor" for word, _, _ in places):
+        recorded = {n for trial in study.trials for n, values in trial.outputs.items() if np.isfinite(values).any()}
+        if not recorded & {channel for _, _, channel in places}:
+            return f"no trial records {places[0][2]!r}"
+    if places and all(word == "actuator" for word, _, _ in places) and is_within(effect.cause, _THRUST):
+        moved = {n for trial in study.trials for n, values in trial.inputs.items() if np.any(values)}
+        if not moved & {channel for _, _, channel in places}:
+            return f"no trial moves {places[0][2]!r}"
+    return ""
 
 
 def usual_speed(model: Model, trials: Sequence[Trial]) -> float:
