@@ -3,25 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, cast
 
 import numpy as np
 import pytest
 import small_case as small
-from decided_by_hand import EFFECTS, hypotheses
 
 from seatruth import Diagnosis
-from seatruth.diagnosis import assembly
-from seatruth.diagnosis.assembly import Assembly
-from seatruth.diagnosis.clusters import Cluster
-from seatruth.diagnosis.decision import Decision
 from seatruth.diagnosis.pipeline import diagnose
 from seatruth.diagnosis.settings import Settings
-from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.trials.trial import Trial
 
 TEMPERATURE = Settings().size_temperature
@@ -40,58 +30,6 @@ def test_the_verdict_names_the_effect_with_its_size(found: Diagnosis) -> None:
     assert q.lower == pytest.approx(q.value - 1.96 * q.stderr)
     assert q.upper == pytest.approx(q.value + 1.96 * q.stderr)
     assert found.verdict.places == ("actuator:delta",)
-
-
-def _deciding(
-    monkeypatch: pytest.MonkeyPatch,
-    said: Decision,
-    judged: Callable[[Decision], Decision],
-    away: Callable[[str], float] = lambda name: 0.0,
-    found: Sequence[Hypothesis] = (),
-) -> Decision:
-    """The decision of an assembly that begins with `said`, where trials left out leave what `judged` says."""
-    one: Any = object.__new__(Assembly)
-    fit = SimpleNamespace(prior_deviations=lambda problem, name: away(name))
-    one.problem = SimpleNamespace(effects=EFFECTS, trials=())
-    one.search = SimpleNamespace(null=SimpleNamespace(settled=True), best=lambda key: fit, beside=lambda key, form: fit)
-    one.settings, one._weighed, one._leaves_a_gap = Settings(), list(found), True
-    one.information = SimpleNamespace(noncentrality_between=None, undetectable=lambda: [])
-    monkeypatch.setattr(assembly, "decide", lambda *args, **options: said)
-    monkeypatch.setattr(assembly, "narrow_headings", lambda trials: None)
-    sizes = SimpleNamespace(share=lambda name: 1.0, typical_sizes=lambda name: 1.0, steps_late=lambda name: 9.0)
-    monkeypatch.setattr(Assembly, "_gap_of", lambda self, key: sizes)
-    monkeypatch.setattr(Assembly, "_judged", lambda self, decision: judged(decision))
-    monkeypatch.setattr(Assembly, "_helps", lambda self, name, key: True)
-    return cast(Decision, one.decision)
-
-
-def test_a_cause_stands_by_the_effect_that_predicts_trials_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    cluster = Cluster(("wind", "wave_drift"), "environment.force_fixed_to_earth", 0.9, ("wind", "wave_drift"))
-    said = Decision("inseparable", (cluster,), 0.9, True, ("wind",))
-    unknown = replace(said, kind="unknown", clusters=(), shown=())
-
-    def judged(decision: Decision) -> Decision:
-        return decision if decision.shown == ("wave_drift",) else unknown
-
-    assert _deciding(monkeypatch, said, judged).shown == ("wave_drift",)
-    assert _deciding(monkeypatch, said, lambda decision: unknown) == unknown
-
-
-def test_what_is_left_beside_a_size_that_nobody_believes_is_judged_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of a fouled glider: without a weight that leaned on it, a depth sensor 20 % off closed 4 % of the gap."""
-    sensor, weight = (Cluster((name,), EFFECTS[name].cause, 0.9, (name,)) for name in ("depth_scale", "net_weight"))
-    said = Decision("effects", (sensor, weight), 0.9, True, ("depth_scale", "net_weight"))
-    found = hypotheses((("depth_scale", "net_weight"), 0.9, True), ((), 0.1, True))
-    unknown = replace(said, kind="unknown", clusters=(), shown=())
-
-    def judged(decision: Decision) -> Decision:
-        return decision if len(decision.clusters) > 1 else unknown
-
-    def decided(away: float) -> Decision:
-        return _deciding(monkeypatch, said, judged, lambda name: away if name == "depth_scale" else 0.0, found)
-
-    assert decided(2.0) == said
-    assert decided(8.0) == unknown
 
 
 def test_probabilities_agree(found: Diagnosis) -> None:

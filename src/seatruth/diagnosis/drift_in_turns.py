@@ -83,7 +83,7 @@ def look_like_drift(problem: Problem, fit: Fit | None, names: Sequence[str]) -> 
 
 
 def equivalent_place(problem: Problem, point: Point, name: str) -> tuple[float, float] | None:
-    """Place of a receiver (m ahead, m to starboard) that moves positions as an error of a sensor does; None for none."""
+    """Place of a receiver, m ahead and to starboard, that moves positions as an error of a sensor; None for none."""
     at = _place(problem, point, name)
     return None if at is None else (at.ahead, at.abeam)
 
