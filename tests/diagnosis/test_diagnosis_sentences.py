@@ -122,7 +122,11 @@ def test_a_gap_that_does_not_shrink_surely_is_said_in_the_headline() -> None:
     assert "On trials left out it explains 94 % of the gap, which is not sure (95 % interval -30 % to 150 %)." in much
     # Of a craft that holds no course the interval was -177 to -14 %: that is more than not sure.
     worse = said("effects", CURRENT, validation=replace(FAILS, gap_explained=-0.96, lower=-1.77, upper=-0.14))
-    assert "But the gap grows on trials left out: -96 % of it is explained (95 % interval -177 % to -14 %)." in worse
+    told = "on trials left out (95 % interval of what is explained"
+    assert f"But the gap surely grows by 96 % {told} -177 % to -14 %)." in worse
+    # Of a river vessel 6 % were called a part that is explained.
+    little = said("effects", CURRENT, validation=replace(FAILS, gap_explained=-0.06, lower=-0.3, upper=0.2))
+    assert f"But the gap grows by 6 % {told} -30 % to 20 %)." in little
 
 
 def test_a_cause_with_which_runs_still_stray_is_said_so() -> None:
@@ -214,7 +218,7 @@ def test_no_gap_and_undecided() -> None:
     beside = said("unknown", vague=["a bank", "a rudder's offset"])
     assert "It looks like a bank or a rudder's offset, of which none is probable by itself." in beside
     both = said("unknown", form=["a cross-flow drag"], drift=["a late position"])
-    assert "It looks like a cross-flow drag." in both
+    assert "It looks like a cross-flow drag, or like damping" in both
     assert "It also looks like a late position; a vehicle" in both
     many = said("unknown", vague=[f"cause {k}" for k in range(30)])
     assert "cause 2 or cause 3 or one of 26 others, of which none is probable by itself." in many
@@ -251,9 +255,9 @@ def test_what_may_be_a_part_of_another_form_is_said_to_be_what_it_looks_like() -
 
 def test_what_another_form_of_the_model_shows_is_said_to_be_what_it_looks_like() -> None:
     text = said("unknown", form=["thrust gain"])
-    assert text.endswith("It looks like thrust gain. The same show: damping or drag of another form than the model's.")
+    assert text.endswith("It looks like thrust gain, or like damping or drag of another form than the model's.")
     text = said("unknown", form=["bank suction"], curve=["forces that differ between turns"])
-    assert text.endswith("It looks like bank suction. The same show: forces that differ between turns.")
+    assert text.endswith("It looks like bank suction, or like forces that differ between turns.")
     text = said("unknown", curve=["drag that rises otherwise with the speed"])
     assert text.endswith("It looks like drag that rises otherwise with the speed.")
 

@@ -203,8 +203,13 @@ def shrinks_surely(validation: Validation) -> bool:
 
 
 def unproven_in_words(validation: Validation) -> str:
-    """What the gap does where it does not shrink surely: with 97.5 % confidence it may even grow."""
-    return "grows" if validation.upper < 0.0 else "does not shrink surely"
+    """What the gap does on trials left out where it does not surely shrink, with 97.5 % confidence: it may grow."""
+    ends, share = ends_in_words(validation), whole_percent(abs(validation.gap_explained))
+    if validation.gap_explained >= 0.0:
+        return f"the gap does not shrink surely on trials left out: {share} of it is explained ({ends})"
+    surely = "surely " if validation.upper < 0.0 else ""
+    ends = ends.replace("interval", "interval of what is explained")
+    return f"the gap {surely}grows by {share} on trials left out ({ends})"
 
 
 def _named(
@@ -328,10 +333,10 @@ def _prediction(validation: Validation | None, one_trial: bool) -> str:
     if shrinks_surely(validation):
         own = ", its size in each fitted to that one" if validation.own_sizes else ""
         return f"On trials left out{own}, it explains {whole_percent(validation.gap_explained)} of the gap ({ends})."
-    share, said = whole_percent(validation.gap_explained), unproven_in_words(validation)
     if validation.gap_explained > _MOST:
+        share = whole_percent(validation.gap_explained)
         return f"On trials left out it explains {share} of the gap, which is not sure ({ends})."
-    return f"But the gap {said} on trials left out: {share} of it is explained ({ends})."
+    return f"But {unproven_in_words(validation)}."
 
 
 def _listed(causes: Sequence[NamedCause]) -> str:

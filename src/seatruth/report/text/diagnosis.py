@@ -260,11 +260,11 @@ def validation_in_words(diagnosis: Diagnosis) -> str:
     text = (
         f"The effects explain {share} of the gap on trials left out{own} ({ends})."
         if shrinks_surely(validation)
-        else f"The gap {unproven_in_words(validation)} on trials left out: the effects explain {share} of it ({ends})."
+        else f"{capitalized(unproven_in_words(validation))}."
     )
     if math.isfinite(validation.control):
-        control = whole_percent(validation.control) if validation.control > 0.0 else "none of it"
-        text += f" Free terms in the equations, fitted instead of effects, explain {control}."
+        nearer = f"explain {whole_percent(validation.control)}" if validation.control > 0.0 else "come no nearer"
+        text += f" Free terms in the equations, fitted instead of effects, {nearer}."
     return f"{text} Left out were sections of the one trial, whose others are less of a check." if alone else text
 
 
