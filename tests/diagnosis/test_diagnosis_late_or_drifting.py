@@ -74,6 +74,15 @@ def test_it_is_late_where_no_place_explains_nearly_as_much(
     assert place == pytest.approx(np.array([-0.16, 0.0]), abs=0.03)  # where it moves the positions alike
 
 
+def test_it_is_not_told_apart_where_the_usual_error_of_a_drift_covers_it(
+    search: Search, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a river vessel of 110 m that records no sway, 1.1 s are 5 m: a twentieth of its length."""
+    monkeypatch.setattr(late_or_drifting, "fit_once", None)  # nothing is fitted
+    monkeypatch.setattr(late_or_drifting, "drift_error", lambda problem, at, name: 0.4)
+    assert drifting(search, search.fits[LATE, True], LATE) == [*LATE]
+
+
 def test_where_no_place_is_tried_a_small_delay_looks_like_drift() -> None:
     alone = found(*LATE)
     assert drifting(alone, alone.fits[LATE, True], LATE) == [*LATE]

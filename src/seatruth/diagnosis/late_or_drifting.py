@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from seatruth.diagnosis.drift_in_turns import ANTENNA, TIMING, equivalent_place, look_like_drift
+from seatruth.diagnosis.drift_in_turns import ANTENNA, TIMING, drift_error, equivalent_place, look_like_drift
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.hypothesis_fits import fit_once
@@ -29,10 +29,15 @@ def drifting(search: Search, at: Fit | None, names: Key) -> list[str]:
 
 
 def _is_late(search: Search, at: Fit, name: str) -> bool:
-    """Whether a delay explains clearly more, beside missing forces, than any place ahead of the receiver does."""
+    """Whether a delay explains clearly more, beside missing forces, than any place ahead of the receiver does.
+
+    Not one that the usual error of a drift leaves open, where no trial records the speed abeam.
+    """
     problem, effects = search.problem, search.problem.effects
     antenna = next((one for one, effect in effects.items() if effect.cause == ANTENNA and not effect.each_trial), None)
     if not at.discrepancy or not is_within(effects[name].cause, TIMING) or antenna is None or antenna in at.effects:
+        return False
+    if drift_error(problem, at, name) ** 2 * problem.settings.least_noncentrality >= 1.0:
         return False
     place = equivalent_place(problem, at.point, name)
     if place is None or len(problem.columns[antenna]) != len(place):
