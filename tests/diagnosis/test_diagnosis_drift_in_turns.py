@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
 import pytest
 from boat_case import Boat, study, trials, zigzag
 from decided_by_hand import decided, hypotheses
@@ -169,3 +171,7 @@ def test_the_usual_error_of_the_drift_stays_in_an_arm_and_a_delay() -> None:
     assert part("heading_bias", {"b": 0.05}) == part("current", {"north": 0.1, "east": 0.0}) == 0.0
     seen = Problem(study(Boat(), trials(Boat(), inputs, headings=(0.0, 1.0))), load_effects(EFFECTS), Settings())
     assert part("position_lever_arm", arm, of=seen) == 0.0  # the trials show the drift itself
+    # A model that has the speed abeam shows nothing of it where no trial records it.
+    bare = [replace(run, outputs={**run.outputs, "v": np.full(len(run), np.nan)}) for run in seen.trials]
+    unseen = Problem(study(Boat(), bare), load_effects(EFFECTS), Settings())
+    assert part("position_lever_arm", arm, of=unseen) * 0.5 == pytest.approx(0.06, rel=0.2)
