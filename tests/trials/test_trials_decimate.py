@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from seatruth.trials import Trial
@@ -99,6 +99,7 @@ def test_fewer_samples_are_compared_of_the_channels_that_have_most() -> None:
 
 
 @given(st.lists(st.integers(0, 30_000), min_size=1, max_size=8), st.integers(100, 20_000))
+@example(counts=[0, 0, 832, 835, 927, 677], whole=1951)  # the second was thinned with the third, and with the first
 def test_what_may_be_compared_is_shared_out_among_the_channels(counts: list[int], whole: int) -> None:
     named = {str(k): count for k, count in enumerate(counts)}
     skips = _skips(named, whole)

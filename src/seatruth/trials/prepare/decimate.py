@@ -58,9 +58,10 @@ def _skips(counts: Mapping[str, int], whole: int) -> dict[str, int]:
         kept = {name: counts[name] / skip for name, skip in skips.items()}
         if sum(kept.values()) <= whole:
             return {name: skip for name, skip in skips.items() if skip > 1}
-        most = counts[max(kept, key=lambda name: kept[name])]
+        first = max(kept, key=lambda name: kept[name])
         for name in skips:
-            skips[name] += _AS_MANY * most <= counts[name] <= most / _AS_MANY
+            alike = _AS_MANY * counts[first] <= counts[name] <= counts[first] / _AS_MANY
+            skips[name] += alike and kept[name] >= _AS_MANY * kept[first]  # what was thinned before this one waits
 
 
 def _decimated(trial: Trial, stride: int, outputs: Sequence[str]) -> Trial:
