@@ -14,9 +14,20 @@ from seatruth.simulate import simulator
 from seatruth.trials.trial import Trial
 
 
-@pytest.mark.parametrize(("name", "output", "tau"), [("rate_delay", "r", 0.08), ("heading_delay", "psi", 0.2)])
-def test_a_small_fast_vehicle_is_delayed_as_it_should_be(name: str, output: str, tau: float) -> None:
-    """A torpedo under fins that swing in two seconds: to 5 % of what the delay changes."""
+@pytest.mark.parametrize(
+    ("name", "output", "tau", "near"),
+    [
+        ("rate_delay", "r", 0.08, 0.05),
+        ("speed_delay", "v", 0.3, 0.05),
+        ("heading_delay", "psi", 0.2, 0.05),
+        ("heading_delay", "psi", 1.5, 0.25),
+    ],
+)
+def test_a_small_fast_vehicle_is_delayed_as_it_should_be(name: str, output: str, tau: float, near: float) -> None:
+    """A torpedo under fins that swing in two seconds: to so much of what the delay changes.
+
+    Filters of 0.1 s whatever the delay, carried on by a parabola, left 64 % of 1.5 s.
+    """
     model = with_effects(load_model("torpedo"), [available()[name]])
     t = np.arange(0.0, 20.0, 0.02)
     inputs = {channel.name: np.zeros(t.size) for channel in model.inputs}
@@ -27,9 +38,9 @@ def test_a_small_fast_vehicle_is_delayed_as_it_should_be(name: str, output: str,
     plain, late = engine.outputs(np.array([[0.0], [tau]]), first).y
     k = [channel.name for channel in model.outputs].index(output)
     exact = np.interp(t - tau, t, plain[:, k])
-    later = t > 2.0
+    later = t > 2.0 + 2.0 * tau
     missed, changed = late[later, k] - exact[later], plain[later, k] - exact[later]
-    assert np.sqrt(np.mean(missed**2)) < 0.05 * np.sqrt(np.mean(changed**2))
+    assert np.sqrt(np.mean(missed**2)) < near * np.sqrt(np.mean(changed**2))
 
 
 @pytest.mark.parametrize(

@@ -302,7 +302,7 @@ def test_names_and_axes_of_a_users_model() -> None:
     assert stepper.outputs(state, {"tiller": 0.0})["yaw_rate"] == pytest.approx(0.02 - 0.01)
     assert stepper.rate(0.0, state, {"tiller": 0.0})[0] == pytest.approx(-0.2 * 0.1 - 0.02)
     first = extended.first_state({"yaw_rate": 0.0, "course": 0.3}, {"tiller": 0.0}, extended.nominal())
-    assert first == pytest.approx((0.0, 0.3, -0.3, -0.3))
+    assert first == pytest.approx((0.0, 0.3, -0.3, 0.0, 0.0))
 
 
 def test_a_stern_plane_effect_leaves_the_rudder_alone() -> None:

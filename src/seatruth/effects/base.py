@@ -39,6 +39,7 @@ from seatruth.effects.vehicle import dimensions_of, role_of
 from seatruth.errors import PluginError, nearest
 from seatruth.models.base import Model
 from seatruth.models.black_box import BlackBox
+from seatruth.models.first_slope import FirstSlope
 from seatruth.models.parameter import Parameter, Prior
 from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial
@@ -244,6 +245,11 @@ class Effect:
     def shape_priors(self) -> dict[str, Prior]:
         """Priors of the parameters that describe its form, by name; the same on every model."""
         return {q.name: q.prior for q in self.parameters if q.prior is not None}
+
+    @property
+    def slopes(self) -> Mapping[str, FirstSlope]:
+        """Own states that begin along the motion of an output, by its standard name: added to `initial_state`."""
+        return {}
 
     @property
     def suits_black_box(self) -> bool:

@@ -189,14 +189,12 @@ def _through_outputs(
     own = [kind(*(0.0 for _ in effect.states))] * len(rows)
     if effect.rates_from_outputs is not None and rows:
         rates, size = effect.rates_from_outputs, outputs.shape[1]
-        first = (
-            () if effect.initial_state is None else effect.initial_state(view.of(rows[0]), see_i.of(before[0]), p, q)
-        )
+        first = _begun(effect, view, t, rows, see_i.of(before[0]), p, q)
         both = [(*y, *i) for y, i in zip(rows, before)]
         own = [
             kind(*state)
             for state in _integrated(
-                first or own[0],
+                first,
                 both,
                 t,
                 effect.longest_step,
@@ -214,6 +212,21 @@ def _through_outputs(
 
 def _plain(*values: float) -> Row:
     return values
+
+
+def _begun(effect: Effect, view: View, t: Array, rows: Sequence[Row], inputs: Any, p: Any, q: Any) -> tuple[float, ...]:
+    """The effect's own states at the start of a run, along the slopes of its first step."""
+    seen = view.of(rows[0])
+    first = (
+        [0.0] * len(effect.states) if effect.initial_state is None else list(effect.initial_state(seen, inputs, p, q))
+    )
+    if len(rows) > 1:
+        after, step = view.of(rows[1]), float(t[1] - t[0])
+        for k, state in enumerate(effect.states):
+            if state.name in effect.slopes:
+                slope = effect.slopes[state.name]
+                first[k] += slope.factor * (getattr(after, slope.output) - getattr(seen, slope.output)) / step
+    return tuple(first)
 
 
 def _integrated(

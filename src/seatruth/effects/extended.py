@@ -17,6 +17,7 @@ from seatruth.effects.vehicle import DeclaredVehicle
 from seatruth.errors import BadInput
 from seatruth.models.base import Equations, Model, record
 from seatruth.models.black_box import BlackBox
+from seatruth.models.first_slope import FirstSlope
 from seatruth.models.servo import Servo
 from seatruth.models.with_servos import with_servos_at
 from seatruth.models.wrapper import ModelWrapper
@@ -42,6 +43,7 @@ class ExtendedModel(ModelWrapper):
             parameters=[parameter for effect in effects for parameter in effect.null_parameters()],
             hidden=[channel.name for channel in states],
             follows=_follows(base, self._applications),
+            slopes=_slopes(self._applications),
             longest_step=min(effect.longest_step for effect in effects),
             title=f"{base.title}, with {', '.join(effect.title for effect in effects)}",
         )
@@ -142,6 +144,17 @@ def _follows(base: Model, applied: Sequence[Application]) -> dict[str, tuple[str
             if state:
                 follows[application.named(name)] = (state, float(aliases.sign(state)))
     return follows
+
+
+def _slopes(applied: Sequence[Application]) -> dict[str, FirstSlope]:
+    """`Model.slopes` of the effects' states, by the model's names of states and outputs."""
+    found = {}
+    for application in applied:
+        aliases = application.aliases
+        for name, slope in application.effect.slopes.items():
+            output = aliases.in_model(slope.output)
+            found[application.named(name)] = slope._replace(output=output, factor=aliases.sign(output) * slope.factor)
+    return found
 
 
 class _Equations:

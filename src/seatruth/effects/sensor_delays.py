@@ -6,22 +6,70 @@ import math
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from seatruth.effects.filtered import (
-    Filtered,
-    carried,
-    carried_rates,
-    carried_velocity,
-    delay_rates,
-    delayed,
-    delayed_slowly,
-    filter_rates,
-)
+from seatruth.effects.filtered import Filtered, delay_time, delayed_along, delayed_twice, slope_rates
 from seatruth.effects.sensors import LOG, sinking
+from seatruth.models.first_slope import FirstSlope
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
 
 _TAU = Parameter("tau", 0.4, "s", 0.0, 5.0, source="[S] chosen here", description="delay")
 _SOURCE = "[S] magnitude of the catalogue: 0.05 to 1 s"
+
+
+def _kept(output: str, unit: str, what: str, slopes: int) -> tuple[Channel, ...]:
+    """The states of `slope_rates` of an output: "r_0", the output itself, "r_1" and so on, its slope."""
+    after = [Channel(f"{output}_{k}", f"{unit}/s", f"its slope after filter {k}") for k in range(1, slopes + 1)]
+    return (Channel(f"{output}_0", unit, f"{what} after the fastest filter"), *after)
+
+
+class SensorDelay(Filtered):
+    """Base of delays of sensors: what the outputs `late` show comes `tau` s late, from the first sample of a trial on.
+
+    A trial begins under way: a subclass says how fast an output then changes (`first_rates`); of those for which it
+    does not say so, the slope with which their record begins does.
+    """
+
+    late: tuple[str, ...]
+    """Standard names of the outputs, each with the states of `_kept`, in this order."""
+    source = _SOURCE
+    parameters: tuple[Parameter, ...] = (_TAU,)
+    null: Mapping[str, float] = {"tau": 0.0}
+    pairs = 1
+    """Pairs of filters of the slope of each output, each of which is late by its part of the delay."""
+
+    def first_rates(self, y: Any) -> Mapping[str, Any]:
+        """Rates of the outputs at the start of a trial, by standard name, where other outputs tell them."""
+        return {}
+
+    @property
+    def slopes(self) -> Mapping[str, FirstSlope]:
+        found: dict[str, FirstSlope] = {}
+        for name in self.late:
+            found |= self.along(name, *(f"{name}_{k}" for k in range(2 * self.pairs + 1)))
+        return found
+
+    def kept(self, s: Any, name: str) -> tuple[Any, ...]:
+        """The states of `slope_rates` of an output."""
+        return tuple(getattr(s, f"{name}_{k}") for k in range(2 * self.pairs + 1))
+
+    def measured_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
+        shown = {
+            name: delayed_along(getattr(y, name), self.kept(s, name), q.tau, self.filter_time) for name in self.late
+        }
+        return y._replace(**shown)
+
+    def rates_from_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
+        T, rates = delay_time(q.tau / self.pairs, self.filter_time), []
+        for name in self.late:
+            rates += slope_rates(getattr(y, name), self.kept(s, name), T, self.filter_time)
+        return tuple(rates)
+
+    def initial_state(self, y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
+        rates, first = self.first_rates(y), []
+        for name in self.late:
+            rate = rates.get(name, 0.0)
+            first += [getattr(y, name) - self.filter_time * rate, *(rate for _ in range(2 * self.pairs))]
+        return tuple(first)
 
 
 def _over_ground(y: Any) -> tuple[float, float]:
@@ -39,7 +87,7 @@ def _over_ground(y: Any) -> tuple[float, float]:
     return u * math.cos(psi) - v * math.sin(psi), u * math.sin(psi) + v * math.cos(psi)
 
 
-class PositionDelay(Filtered):
+class PositionDelay(SensorDelay):
     """The position is recorded late, or early where tau is negative: the clocks of receiver and log differ."""
 
     name = "position_delay"
@@ -47,95 +95,52 @@ class PositionDelay(Filtered):
     cause = "sensor.timing.position"
     number = 10
     equation = "x_m(t) = x(t - tau), y_m alike"
-    source = _SOURCE
     acts_on: tuple[str, ...] = ("sensor:x", "sensor:y")
     confused_with: tuple[str, ...] = ("position_lever_arm", "rudder_delay", "receiver_delay")
     distinguished_by = "late along the track, in proportion to the speed; other sensors are in time"
     needs_outputs: tuple[str, ...] = ("x", "y")
     parameters = (_TAU.replace(min=-_TAU.max),)
-    null: Mapping[str, float] = {"tau": 0.0}
-    states = (
-        *(Channel(f"x_{k}", "m", f"x after lag {k}") for k in (1, 2)),
-        *(Channel(f"y_{k}", "m", f"y after lag {k}") for k in (1, 2)),
-    )
+    late = ("x", "y")
+    states = (*_kept("x", "m", "x", 2), *_kept("y", "m", "y", 2))
+    follows: ClassVar[Mapping[str, str]] = {"x_0": "x", "y_0": "y"}
 
-    follows: ClassVar[Mapping[str, str]] = {"x_1": "x", "x_2": "x", "y_1": "y", "y_2": "y"}
+    @property
+    def slopes(self) -> Mapping[str, FirstSlope]:
+        return {}
 
-    def measured_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        north, east = (
-            delayed_slowly(y.x, s.x_1, s.x_2, q.tau, self.filter_time),
-            delayed_slowly(y.y, s.y_1, s.y_2, q.tau, self.filter_time),
-        )
-        return y._replace(x=north, y=east)
-
-    def rates_from_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        return (
-            *filter_rates(y.x, s.x_1, s.x_2, 0.0, self.filter_time),
-            *filter_rates(y.y, s.y_1, s.y_2, 0.0, self.filter_time),
-        )
-
-    def initial_state(self, y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
-        # The vehicle moves at the start: each filter lags by the speed times its time constant. This must not depend
-        # on the delay, since the initial state is computed once.
-        T, (x_dot, y_dot) = self.filter_time, _over_ground(y)
-        return y.x - T * x_dot, y.x - 2.0 * T * x_dot, y.y - T * y_dot, y.y - 2.0 * T * y_dot
+    def first_rates(self, y: Any) -> Mapping[str, Any]:
+        return dict(zip(("x", "y"), _over_ground(y)))
 
 
-class ReceiverDelay(PositionDelay):
+class ReceiverDelay(SensorDelay):
     """All that the position's receiver gives is recorded late: position and velocity north and east, from its speed and
     course; or early where tau is negative."""
 
     name = "receiver_delay"
     title = "delay of position and velocity over ground"
+    cause = "sensor.timing.position"
+    number = 10
     equation = "x_m(t) = x(t - tau), y_m, v_n_m, v_e_m alike"
     acts_on = ("sensor:x", "sensor:y", "sensor:v_n", "sensor:v_e")
     confused_with = ("position_lever_arm", "rudder_delay", "thruster_delay", "position_delay")
     distinguished_by = "turns and changes of speed are late together; heading, rates and a log are in time"
     needs_outputs = ("x", "y", "v_n", "v_e")
+    parameters = (_TAU.replace(min=-_TAU.max),)
     starts = ({"tau": 0.4},)
     """From no delay a fit may end at thrusters that are late instead, which follow the velocity ahead as well: of a
     boat whose receiver was late by 0.6 s it came to 0.015 s, 620 nats short."""
-    states = (
-        *(Channel(f"v_n_{k}", "m/s", f"velocity north after filter {k}") for k in (1, 2, 3, 4)),
-        *(Channel(f"v_e_{k}", "m/s", f"velocity east after filter {k}") for k in (1, 2, 3, 4)),
-    )
-    """Two pairs a direction, each of which is late by half of the delay: a planing boat turns by 20 deg within it."""
-    follows: ClassVar[Mapping[str, str]] = {}
+    late = ("v_n", "v_e")
+    pairs = 2
+    """A planing boat turns by 20 deg within the delay."""
+    states = (*_kept("v_n", "m/s", "velocity north", 4), *_kept("v_e", "m/s", "velocity east", 4))
 
     def measured_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        half, T = 0.5 * q.tau, self.filter_time
-        x, v_n = _carried_on(y.x, y.v_n, (s.v_n_1, s.v_n_2), half, T)
-        x, v_n = _carried_on(x, v_n, (s.v_n_3, s.v_n_4), half, T)
-        east, v_e = _carried_on(y.y, y.v_e, (s.v_e_1, s.v_e_2), half, T)
-        east, v_e = _carried_on(east, v_e, (s.v_e_3, s.v_e_4), half, T)
+        x, v_n = delayed_twice(y.x, y.v_n, self.kept(s, "v_n"), q.tau, self.filter_time)
+        east, v_e = delayed_twice(y.y, y.v_e, self.kept(s, "v_e"), q.tau, self.filter_time)
         return y._replace(x=x, y=east, v_n=v_n, v_e=v_e)
 
-    def rates_from_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        half, T = 0.5 * q.tau, self.filter_time
-        v_n = carried_velocity(y.v_n, s.v_n_1, s.v_n_2, half, T)
-        v_e = carried_velocity(y.v_e, s.v_e_1, s.v_e_2, half, T)
-        return (
-            *carried_rates(y.v_n, s.v_n_1, s.v_n_2, half, T),
-            *carried_rates(v_n, s.v_n_3, s.v_n_4, half, T),
-            *carried_rates(y.v_e, s.v_e_1, s.v_e_2, half, T),
-            *carried_rates(v_e, s.v_e_3, s.v_e_4, half, T),
-        )
 
-    def initial_state(self, y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
-        return (*(y.v_n for _ in range(4)), *(y.v_e for _ in range(4)))
-
-
-def _carried_on(
-    position: Any, velocity: Any, filters: tuple[Any, Any], tau: Any, filter_time: float
-) -> tuple[Any, Any]:
-    """A position and its velocity tau ago, from the two filters of the velocity."""
-    return (
-        carried(position, *filters, tau, filter_time),
-        carried_velocity(velocity, *filters, tau, filter_time),
-    )
-
-
-class HeadingDelay(Filtered):
+class HeadingDelay(SensorDelay):
     """The heading is recorded late."""
 
     name = "heading_delay"
@@ -143,26 +148,20 @@ class HeadingDelay(Filtered):
     cause = "sensor.timing.angle"
     number = 10
     equation = "psi_m(t) = psi(t - tau)"
-    source = _SOURCE
     acts_on = ("sensor:psi",)
     confused_with: tuple[str, ...] = ("rudder_delay", "rudder_lag")
     distinguished_by = "the heading alone is late, other sensors are in time"
     needs_outputs = ("psi",)
-    parameters = (_TAU,)
-    null: Mapping[str, float] = {"tau": 0.0}
-    states = (Channel("first", "rad", "angle after one lag"), Channel("second", "rad", "angle after two"))
+    late = ("psi",)
+    states = _kept("psi", "rad", "angle", 2)
+    follows: ClassVar[Mapping[str, str]] = {"psi_0": "psi"}
 
-    follows: ClassVar[Mapping[str, str]] = {"first": "psi", "second": "psi"}
+    @property
+    def slopes(self) -> Mapping[str, FirstSlope]:
+        return {}
 
-    def measured_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        return y._replace(psi=delayed_slowly(y.psi, s.first, s.second, q.tau, self.filter_time))
-
-    def rates_from_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        return filter_rates(y.psi, s.first, s.second, 0.0, self.filter_time)
-
-    def initial_state(self, y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
-        rate = getattr(y, "r", 0.0)
-        return y.psi - self.filter_time * rate, y.psi - 2.0 * self.filter_time * rate
+    def first_rates(self, y: Any) -> Mapping[str, Any]:
+        return {"psi": getattr(y, "r", 0.0)}
 
 
 class PitchDelay(HeadingDelay):
@@ -177,32 +176,31 @@ class PitchDelay(HeadingDelay):
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"psi": ("theta",), "r": ("q",)}
 
 
-class DepthDelay(HeadingDelay):
+class DepthDelay(SensorDelay):
     """The depth is recorded late, as a whole: by a clock or a link."""
 
     name = "depth_delay"
     title = "delay of the depth"
     cause = "sensor.timing.depth"
+    number = 10
     equation = "z_m(t) = z(t - tau)"
     acts_on = ("sensor:z",)
     confused_with = ("depth_lag", "depth_lever_arm", "plane_delay")
     distinguished_by = "quick changes of depth are as late as slow ones, and as large"
     needs_outputs = ("z",)
-    states = (Channel("first", "m", "depth after one lag"), Channel("second", "m", "depth after two"))
-    follows: ClassVar[Mapping[str, str]] = {"first": "z", "second": "z"}
+    late = ("z",)
+    states = _kept("z", "m", "depth", 2)
+    follows: ClassVar[Mapping[str, str]] = {"z_0": "z"}
 
-    def measured_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        return y._replace(z=delayed_slowly(y.z, s.first, s.second, q.tau, self.filter_time))
+    @property
+    def slopes(self) -> Mapping[str, FirstSlope]:
+        return {}
 
-    def rates_from_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        return filter_rates(y.z, s.first, s.second, 0.0, self.filter_time)
-
-    def initial_state(self, y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
-        late = self.filter_time * sinking(y)
-        return y.z - late, y.z - 2.0 * late
+    def first_rates(self, y: Any) -> Mapping[str, Any]:
+        return {"z": sinking(y)}
 
 
-class RateDelay(Filtered):
+class RateDelay(SensorDelay):
     """The yaw rate is recorded late; the pitch rate where the model has no yaw rate."""
 
     name = "rate_delay"
@@ -210,29 +208,17 @@ class RateDelay(Filtered):
     cause = "sensor.timing.rate"
     number = 10
     equation = "r_m(t) = r(t - tau); q_m where there is no yaw rate"
-    source = _SOURCE
     acts_on = ("sensor:r",)
     confused_with = ("rudder_delay", "rudder_lag")
     distinguished_by = "the rate alone is late, other sensors are in time"
     needs_outputs = ("r",)
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"r": ("r", "q")}
-    parameters = (_TAU,)
-    null: Mapping[str, float] = {"tau": 0.0}
-    states = (Channel("first", "rad/s", "rate after one lag"), Channel("second", "rad/s", "rate after two"))
-    follows: ClassVar[Mapping[str, str]] = {"first": "r", "second": "r"}
-
-    def measured_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        return y._replace(r=delayed(y.r, s.first, s.second, q.tau, self.filter_time))
-
-    def rates_from_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        return delay_rates(y.r, s.first, s.second, q.tau, self.filter_time)
-
-    @staticmethod
-    def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
-        return y.r, y.r
+    late = ("r",)
+    states = _kept("r", "rad/s", "rate", 2)
+    follows: ClassVar[Mapping[str, str]] = {"r_0": "r"}
 
 
-class SpeedDelay(Filtered):
+class SpeedDelay(SensorDelay):
     """The log records late: speed along and across, or along and down where the model has no sway."""
 
     name = "speed_delay"
@@ -240,31 +226,11 @@ class SpeedDelay(Filtered):
     cause = "sensor.timing.speed"
     number = 10
     equation = "u_m(t) = u(t - tau), v_m (w_m where there is no sway) alike"
-    source = _SOURCE
     acts_on = ("sensor:u", "sensor:v")
     confused_with = ("rudder_delay", "log_lever_arm")
     distinguished_by = "the log alone is late, other sensors are in time"
     needs_outputs = ("u", "v")
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"u": LOG["u"], "v": (*LOG["v"], *LOG["w"])}
-    parameters = (_TAU,)
-    null: Mapping[str, float] = {"tau": 0.0}
-    states = (
-        *(Channel(f"u_{k}", "m/s", f"speed along after lag {k}") for k in (1, 2)),
-        *(Channel(f"v_{k}", "m/s", f"speed across after lag {k}") for k in (1, 2)),
-    )
-    follows: ClassVar[Mapping[str, str]] = {"u_1": "u", "u_2": "u", "v_1": "v", "v_2": "v"}
-
-    def measured_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        return y._replace(
-            u=delayed(y.u, s.u_1, s.u_2, q.tau, self.filter_time), v=delayed(y.v, s.v_1, s.v_2, q.tau, self.filter_time)
-        )
-
-    def rates_from_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        return (
-            *delay_rates(y.u, s.u_1, s.u_2, q.tau, self.filter_time),
-            *delay_rates(y.v, s.v_1, s.v_2, q.tau, self.filter_time),
-        )
-
-    @staticmethod
-    def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
-        return y.u, y.u, y.v, y.v
+    late = ("u", "v")
+    states = (*_kept("u", "m/s", "speed along", 2), *_kept("v", "m/s", "speed across", 2))
+    follows: ClassVar[Mapping[str, str]] = {"u_0": "u", "v_0": "v"}

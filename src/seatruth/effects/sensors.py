@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
-from seatruth.effects.filtered import Filtered, filter_rates, lagged
+from seatruth.effects.filtered import Filtered, lag_time, lagged, slope_rates
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
 
@@ -293,7 +293,7 @@ class DepthLag(Filtered):
     """The depth sensor follows the depth with a first-order lag.
 
     A trial that begins under way has a sensor that is late already: by the rate of the depth that its first samples of
-    speed and pitch tell. `begun` and `begun_too` are what filters that start at the depth itself lack of that.
+    speed and pitch tell.
     """
 
     name = "depth_lag"
@@ -309,23 +309,18 @@ class DepthLag(Filtered):
     parameters = (Parameter("tau", 0.5, "s", 0.0, 10.0, source="[S] catalogue", description="time constant"),)
     null: Mapping[str, float] = {"tau": 0.0}
     states = (
-        Channel("first", "m", "depth after one lag"),
-        Channel("second", "m", "depth after two"),
-        Channel("begun", "m/s", "how late the first lag began, over its time"),
-        Channel("begun_too", "m/s", "the same of the second"),
+        Channel("fast", "m", "depth after the fastest filter"),
+        Channel("first", "m/s", "its slope after filter 1"),
+        Channel("second", "m/s", "its slope after filter 2"),
     )
-    follows: ClassVar[Mapping[str, str]] = {"first": "z", "second": "z"}
+    follows: ClassVar[Mapping[str, str]] = {"fast": "z"}
 
     def measured_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
-        T = math.sqrt(q.tau * q.tau + self.filter_time * self.filter_time)
-        return y._replace(z=lagged(y.z, s.first - T * s.begun, s.second - T * s.begun_too, q.tau, self.filter_time))
+        return y._replace(z=lagged(y.z, (s.fast, s.first, s.second), q.tau, self.filter_time))
 
     def rates_from_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        T = math.sqrt(q.tau * q.tau + self.filter_time * self.filter_time)
-        fading = -s.begun / T, (s.begun - s.begun_too) / T
-        return (*filter_rates(y.z, s.first, s.second, q.tau, self.filter_time), *fading)
+        return slope_rates(y.z, (s.fast, s.first, s.second), lag_time(q.tau, self.filter_time), self.filter_time)
 
-    @staticmethod
-    def initial_state(y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
+    def initial_state(self, y: Any, i: Any, p: Any, q: Any) -> tuple[Any, ...]:
         rate = sinking(y)
-        return y.z, y.z, rate, 2.0 * rate
+        return y.z - self.filter_time * rate, rate, rate

@@ -25,6 +25,7 @@ from typing import Any, NamedTuple
 
 from seatruth.errors import BadInput, PluginError, nearest
 from seatruth.models.actuators import Rudder, Thruster, problem_with
+from seatruth.models.first_slope import FirstSlope
 from seatruth.models.geometry import Dimensions
 from seatruth.models.moving_water import carried_by_water, in_moving_water
 from seatruth.models.parameter import Parameter
@@ -139,6 +140,8 @@ class Model:
     """States that start where `initial_state` says and are never free: a filter's, a delay's."""
     follows: Mapping[str, tuple[str, float]] = MappingProxyType({})
     """Hidden states whose start moves with that of a state: its name, and +1 or -1."""
+    slopes: Mapping[str, FirstSlope] = MappingProxyType({})
+    """Hidden states that begin along the motion of an output: what is added to `initial_state`."""
     longest_step: float = math.inf
     """s: the longest integration step that its quickest part allows; samples further apart take several."""
 

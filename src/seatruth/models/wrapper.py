@@ -14,6 +14,7 @@ from types import MappingProxyType
 from typing import Any
 
 from seatruth.models.base import Equations, Model, record
+from seatruth.models.first_slope import FirstSlope
 from seatruth.models.parameter import Parameter
 from seatruth.models.servo import Servo
 from seatruth.trials.channel import Channel
@@ -68,6 +69,7 @@ class ModelWrapper(Model):
         outputs: Sequence[Channel] | None = None,
         hidden: Sequence[str] = (),
         follows: Mapping[str, tuple[str, float]] = MappingProxyType({}),
+        slopes: Mapping[str, FirstSlope] = MappingProxyType({}),
         longest_step: float = float("inf"),
         title: str = "",
     ) -> None:
@@ -80,6 +82,7 @@ class ModelWrapper(Model):
         self.outputs = base.outputs if outputs is None else tuple(outputs)
         self.hidden = (*base.hidden, *hidden)
         self.follows = {**base.follows, **follows}
+        self.slopes = {**base.slopes, **slopes}
         self.longest_step = min(base.longest_step, longest_step)
         self.rhs, self.output, self.initial_state = self.make_rhs(), self.make_output(), self.make_initial_state()
         self._wrap_geometry()

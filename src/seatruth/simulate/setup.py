@@ -13,6 +13,7 @@ import numpy as np
 from seatruth.arrays import Array, Indices
 from seatruth.errors import BadInput, nearest
 from seatruth.models.base import Model
+from seatruth.simulate.first_slope import first_slope
 from seatruth.simulate.first_velocity import first_velocity
 from seatruth.trials.trial import Trial
 
@@ -81,12 +82,15 @@ class Setup:
         A speed that was never recorded is that of the first positions; `Model.complete` adds other outputs.
         """
         states = np.zeros((len(self.trials), len(self.model.states)))
+        places = {channel.name: k for k, channel in enumerate(self.model.states)}
         for row, trial in enumerate(self.trials):
             first = {channel.name: _first_valid(trial, channel.name) for channel in self.model.outputs}
             y = {name: value for name, value in first.items() if value is not None}
             y = first_velocity(self.model, trial) | y
             i = {channel.name: float(trial.inputs[channel.name][0]) for channel in self.model.inputs}
             states[row] = self.model.first_state(y, i, self.nominal)
+            for state, slope in self.model.slopes.items():
+                states[row, places[state]] += slope.factor * first_slope(trial, slope.output, slope.seconds)
         return states
 
     @property
