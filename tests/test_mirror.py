@@ -73,6 +73,8 @@ ELSEWHERE = {
     ),
     # What the derivatives are made of, tested by the derivatives.
     "simulate/test_simulate_compiler_sensitivities.py": ("simulate/compiler/propagation", "simulate/compiler/system"),
+    # What a model declares, tested where a simulation takes it.
+    "simulate/test_simulate_first_slope.py": ("models/first_slope",),
     # Stages of the simulation, tested by its outputs.
     "simulate/test_simulate_compiled.py": ("simulate/base", "simulate/rhs"),
     # A user's simulator, run one call after another.

@@ -262,7 +262,8 @@ def test_the_effects_of_a_log_act_on_the_speed_through_the_water(channel: str, m
     y = dict(zip(names(model), model.output(state, i, p, Environment())))
     assert y[channel] == pytest.approx(1.1 * (1.2 - 0.2 * math.cos(0.7)))
     assert y["v_w"] == pytest.approx(-0.1 + 0.2 * math.sin(0.7) + 2.0 * 0.05)
-    assert model.follows["speed_delay_u_1"] == ("u", 1.0)
+    assert model.follows["speed_delay_u_0"] == ("u", 1.0)
+    assert {slope.output for slope in model.slopes.values()} == {channel, "v_w"}
 
 
 def test_the_effects_of_a_log_do_not_act_on_a_speed_of_satellites() -> None:

@@ -34,8 +34,8 @@ class SensorDelay(Filtered):
     source = _SOURCE
     parameters: tuple[Parameter, ...] = (_TAU,)
     null: Mapping[str, float] = {"tau": 0.0}
-    pairs = 1
-    """Pairs of filters of the slope of each output, each of which is late by its part of the delay."""
+    parts = 1
+    """Parts of the delay, each with a pair of filters of the slope of each output."""
 
     def first_rates(self, y: Any) -> Mapping[str, Any]:
         """Rates of the outputs at the start of a trial, by standard name, where other outputs tell them."""
@@ -45,12 +45,12 @@ class SensorDelay(Filtered):
     def slopes(self) -> Mapping[str, FirstSlope]:
         found: dict[str, FirstSlope] = {}
         for name in self.late:
-            found |= self.along(name, *(f"{name}_{k}" for k in range(2 * self.pairs + 1)))
+            found |= self.along(name, *(f"{name}_{k}" for k in range(2 * self.parts + 1)))
         return found
 
     def kept(self, s: Any, name: str) -> tuple[Any, ...]:
         """The states of `slope_rates` of an output."""
-        return tuple(getattr(s, f"{name}_{k}") for k in range(2 * self.pairs + 1))
+        return tuple(getattr(s, f"{name}_{k}") for k in range(2 * self.parts + 1))
 
     def measured_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
         shown = {
@@ -59,7 +59,8 @@ class SensorDelay(Filtered):
         return y._replace(**shown)
 
     def rates_from_outputs(self, y: Any, s: Any, i: Any, q: Any, e: Any) -> tuple[Any, ...]:
-        T, rates = delay_time(q.tau / self.pairs, self.filter_time), []
+        rates: list[Any] = []
+        T = delay_time(q.tau / self.parts, self.filter_time)
         for name in self.late:
             rates += slope_rates(getattr(y, name), self.kept(s, name), T, self.filter_time)
         return tuple(rates)
@@ -68,7 +69,7 @@ class SensorDelay(Filtered):
         rates, first = self.first_rates(y), []
         for name in self.late:
             rate = rates.get(name, 0.0)
-            first += [getattr(y, name) - self.filter_time * rate, *(rate for _ in range(2 * self.pairs))]
+            first += [getattr(y, name) - self.filter_time * rate, *(rate for _ in range(2 * self.parts))]
         return tuple(first)
 
 
@@ -130,7 +131,7 @@ class ReceiverDelay(SensorDelay):
     """From no delay a fit may end at thrusters that are late instead, which follow the velocity ahead as well: of a
     boat whose receiver was late by 0.6 s it came to 0.015 s, 620 nats short."""
     late = ("v_n", "v_e")
-    pairs = 2
+    parts = 2
     """A planing boat turns by 20 deg within the delay."""
     states = (*_kept("v_n", "m/s", "velocity north", 4), *_kept("v_e", "m/s", "velocity east", 4))
 
