@@ -84,7 +84,16 @@ def test_the_place_of_what_fits_best_is_no_surer_than_the_verdict_that_refuses_i
     assert p > 0.5
     assert told.startswith(f"It most probably acts in {gap.place_in_words(place)}")
     found.places = dict.fromkeys(found.places, 0.26)
+    missing, found.discrepancy = found.discrepancy, None
     assert gap.where_in_words(found).startswith("It is not decided where it acts: the most probable places are ")
+    assert missing is not None
+    found.discrepancy = replace(missing, sizes={"yaw": 0.75, "surge": 0.39, "sway": 0.01}, log_evidence=1800.0)
+    assert gap.where_in_words(found).startswith(
+        "No effect decides where it acts; forces are missing in the yaw equation (75 % of its usual acceleration) and "
+        "the surge equation (39 % of its usual acceleration)."
+    )
+    found.discrepancy = replace(found.discrepancy, log_evidence=0.5)
+    assert gap.where_in_words(found).startswith("It is not decided where it acts")
     found.places = places
     found.effects = (replace(others[0], probability=0.92, acts_on=(place,)), *others[1:])
     told = gap.where_in_words(found)

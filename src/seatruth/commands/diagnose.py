@@ -158,7 +158,7 @@ def run(
     show(diagnosis)
     lines = [f"Result: {folder}", f"Report: {report}"]
     if written is not None and diagnosis.augmented["effects"]:
-        lines.append(f"The model with the named effects, to simulate and identify with: {written}")
+        lines.append(f"The study with the named effects, to identify with: {written}")
     for line in lines:
         say(line, whole=True)
     if interrupted:

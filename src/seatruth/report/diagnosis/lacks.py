@@ -136,7 +136,7 @@ def _augmented(diagnosis: Diagnosis) -> list[Block]:
     rows = [[name, number(value, 6)] for name, value in values.items()]
     about = (
         f"augmented.toml is the study with {text.in_titles(diagnosis, effects)} at the reported values, and no other "
-        "change: simulate it, or identify with it."
+        "change. Its coefficients are those of the study: identify with it before you simulate it."
     )
     columns = [Column("parameter"), Column("value", "number", "SI units, angles in rad, as the study file holds them")]
     return [Text(about), table("What augmented.toml adds", columns, rows)]

@@ -20,6 +20,8 @@ _SHOWS = 1.5
 
 PROBABLE = 0.5
 """Probability of an effect from which it is what fits best, and is told though it is not named. Chosen here [S]."""
+SURE_FORCES = 5.0
+"""nats of evidence for missing forces from which these say where it acts. [S] Odds of 150."""
 FITS = ("before", "refit", "effects")
 """Columns of the fits that are compared: the declared model, refitted, and with the verdict's effects."""
 
@@ -116,7 +118,10 @@ def where_in_words(diagnosis: Diagnosis) -> str:
             elif likely[0][1] > 0.5:
                 sentences.append(f"It most probably acts in {shares}.")
             else:
-                sentences.append(f"It is not decided where it acts: the most probable places are {shares}.")
+                sentences.append(
+                    _of_missing_forces(diagnosis)
+                    or f"It is not decided where it acts: the most probable places are {shares}."
+                )
     seen = sorted(
         (row for row in channels(diagnosis) if row.multiple["refit"] > _SHOWS), key=lambda row: -row.multiple["refit"]
     )
@@ -138,6 +143,19 @@ def where_in_words(diagnosis: Diagnosis) -> str:
 def _rests_on_what_is_not_named(diagnosis: Diagnosis, place: str) -> bool:
     """Whether an effect that is probable acts at a place of an unknown cause: it was refused, and its place with it."""
     return any(place in effect.acts_on and effect.probability > PROBABLE for effect in diagnosis.effects)
+
+
+def _of_missing_forces(diagnosis: Diagnosis) -> str:
+    """Where forces that no effect describes act, the largest first; empty where the trials do not surely show any."""
+    missing = diagnosis.discrepancy
+    if missing is None or missing.log_evidence < SURE_FORCES:
+        return ""
+    sizes = [
+        f"{place_in_words(name)} ({percent(size)} of its usual acceleration)"
+        for name, size in ranked(missing.sizes)
+        if size >= WORTH_MENTION
+    ]
+    return f"No effect decides where it acts; forces are missing in {listed(sizes[:3])}." if sizes else ""
 
 
 def ranked(probabilities: Mapping[str, float]) -> list[tuple[str, float]]:
