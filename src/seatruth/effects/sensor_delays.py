@@ -25,8 +25,8 @@ def _kept(output: str, unit: str, what: str, slopes: int) -> tuple[Channel, ...]
 class SensorDelay(Filtered):
     """Base of delays of sensors: what the outputs `late` show comes `tau` s late, from the first sample of a trial on.
 
-    A trial begins under way: a subclass says how fast an output then changes (`first_rates`); of those for which it
-    does not say so, the slope with which their record begins does.
+    A trial begins under way: how fast an output then changes, the slope with which its record begins tells, or other
+    outputs (`first_rates`).
     """
 
     late: tuple[str, ...]
@@ -37,14 +37,17 @@ class SensorDelay(Filtered):
     parts = 1
     """Parts of the delay, each with a pair of filters of the slope of each output."""
 
+    by_record: ClassVar[bool] = True
+    """Whether their own record tells how fast the outputs change at the start; else `first_rates` does."""
+
     def first_rates(self, y: Any) -> Mapping[str, Any]:
-        """Rates of the outputs at the start of a trial, by standard name, where other outputs tell them."""
+        """Rates of the outputs at the start of a trial, by standard name, as other outputs tell them."""
         return {}
 
     @property
     def slopes(self) -> Mapping[str, FirstSlope]:
         found: dict[str, FirstSlope] = {}
-        for name in self.late:
+        for name in self.late if self.by_record else ():
             found |= self.along(name, *(f"{name}_{k}" for k in range(2 * self.parts + 1)))
         return found
 
@@ -105,9 +108,7 @@ class PositionDelay(SensorDelay):
     states = (*_kept("x", "m", "x", 2), *_kept("y", "m", "y", 2))
     follows: ClassVar[Mapping[str, str]] = {"x_0": "x", "y_0": "y"}
 
-    @property
-    def slopes(self) -> Mapping[str, FirstSlope]:
-        return {}
+    by_record = False
 
     def first_rates(self, y: Any) -> Mapping[str, Any]:
         return dict(zip(("x", "y"), _over_ground(y)))
@@ -157,9 +158,7 @@ class HeadingDelay(SensorDelay):
     states = _kept("psi", "rad", "angle", 2)
     follows: ClassVar[Mapping[str, str]] = {"psi_0": "psi"}
 
-    @property
-    def slopes(self) -> Mapping[str, FirstSlope]:
-        return {}
+    by_record = False
 
     def first_rates(self, y: Any) -> Mapping[str, Any]:
         return {"psi": getattr(y, "r", 0.0)}
@@ -193,9 +192,7 @@ class DepthDelay(SensorDelay):
     states = _kept("z", "m", "depth", 2)
     follows: ClassVar[Mapping[str, str]] = {"z_0": "z"}
 
-    @property
-    def slopes(self) -> Mapping[str, FirstSlope]:
-        return {}
+    by_record = False
 
     def first_rates(self, y: Any) -> Mapping[str, Any]:
         return {"z": sinking(y)}
