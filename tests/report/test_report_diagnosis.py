@@ -131,7 +131,10 @@ def test_each_probability_can_be_followed_in_one_table() -> None:
     found = diagnosis("inseparable")
     rows = one_story.Page(rendered("inseparable")).rows("Hypotheses")
     assert len(rows) == len(found.hypotheses)
-    assert rows[0][:5] == ["steady wind", "no", "60.00", "−1.60", "60 %"]
+    assert rows[0][:6] == ["steady wind", "no", "60.00", "0", "−1.60", "60 %"]
+    for row, one in zip(rows, found.hypotheses, strict=True):
+        odds = math.exp(float(row[3].replace("−", "-")) + one.log_prior - found.hypotheses[0].log_prior)
+        assert odds == pytest.approx(one.probability / found.hypotheses[0].probability, rel=0.01)
     assert rows[-1][-1] == "not converged"
 
 

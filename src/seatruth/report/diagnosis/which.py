@@ -6,7 +6,7 @@ import math
 
 from seatruth.diagnosis.results import Diagnosis
 from seatruth.diagnosis.sentences import chance
-from seatruth.diagnosis.verdict import EffectResult
+from seatruth.diagnosis.verdict import EffectResult, Hypothesis
 from seatruth.report.blocks import Block, Column, Heading, Pictures, Section, Text, table
 from seatruth.report.diagnosis import figures_which as figures
 from seatruth.report.numbers import count, listed, number, shown
@@ -56,6 +56,7 @@ def _hypotheses(diagnosis: Diagnosis) -> Block:
             text.in_titles(diagnosis, h.effects),
             f"yes, as {text.in_titles(diagnosis, h.like)}" if h.like else "yes" if h.discrepancy else "no",
             number(h.log_evidence, 4),
+            _counted(h, found[0]),
             number(h.log_prior, 3),
             chance(h.probability),
             "" if h.settled else "not converged" if h.fitted else "linearized",
@@ -70,11 +71,23 @@ def _hypotheses(diagnosis: Diagnosis) -> Block:
             "whether forces that the model's structure lacks act as well; as a term that damping of another form shows",
         ),
         Column("log evidence", "number", "over that of the model without effects and discrepancy (nats)"),
+        Column(
+            "counts",
+            "number",
+            "what is left of the evidence once models are never of the exact form (nats); 0: the first",
+        ),
         Column("log prior", "number"),
-        Column("probability", "number", "from evidence and prior; all hypotheses sum to 1"),
+        Column("probability", "number", "from what counts and the prior; all hypotheses sum to 1"),
         Column("fit", "verdict", "linearized: too far behind to be fitted in full"),
     ]
     return table(f"Hypotheses ({len(rows)} of {len(diagnosis.hypotheses)})", columns, rows)
+
+
+def _counted(one: Hypothesis, first: Hypothesis) -> str:
+    """nats by which the evidence of a hypothesis counts more than that of the first; empty at a probability of zero."""
+    if not one.probability > 0.0:
+        return ""
+    return number(math.log(one.probability / first.probability) - (one.log_prior - first.log_prior) + 0.0, 3)
 
 
 def _effects(diagnosis: Diagnosis) -> Block:
