@@ -166,12 +166,16 @@ class Judgement:
         fit = self.search.beside(left.shown, self.beside)
         sure = [name for name in left.shown if fit is None or is_sure(self.problem, fit, name)]
         left = without_disputed(left, found, effects, sure, self.validated)
-        left = self._but_drift(without_little(left, found, gap.share, self.validated))
+
+        def agreed(name: str) -> bool:
+            """Whether each trial left out is predicted better with it."""
+            gains = () if fit is None else self.gains(name, fit.effects)
+            return len(gains) > 0 and all(gain > 0.0 for gain in gains)
+
+        left = self._but_drift(without_little(left, found, gap.share, self.validated, agreed))
         if not self.noise_is_motion or not left.shown:
             return left
-        each = {} if fit is None else {name: self.gains(name, fit.effects) for name in left.shown}
-        agreed = [name for name, gains in each.items() if len(gains) and (gains > 0.0).all()]
-        return without_taken_for_noise(left, found, agreed, self.validated)
+        return without_taken_for_noise(left, found, [name for name in left.shown if agreed(name)], self.validated)
 
     def _but_drift(self, said: Decision) -> Decision:
         """The decision less what a vehicle that drifts otherwise in turns than its model shows as well."""
