@@ -50,6 +50,9 @@ def test_what_is_not_named_is_told_with_its_size(found: Search) -> None:
     for sentence in (open_, unknown):
         assert "deg/s) or heading bias (" in sentence
         assert "which does not surely predict trials left out." in sentence
+    once = told(replace(said, refused=("gyro_bias",), form=("gyro_bias", "heading_bias")))
+    assert once.count("yaw rate bias") == 1
+    assert "It looks like heading bias, or like damping or drag" in once
     assert "of no practical size: yaw rate bias (b 0.2" in told(replace(said, small=("gyro_bias",)))
 
 

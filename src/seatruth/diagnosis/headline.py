@@ -41,10 +41,11 @@ def headline(
 
     # Of a refused scale of a log its bias may be the truth, of one thruster's dead band the other's thrust.
     refused = [" or ".join(sized(said.alike))] if said.alike else sized(said.refused)
+    told = {*said.refused, *said.alike}
     return verdict_sentence(
         said.kind, causes, probability, said.discrepancy, shares, validation,
         one_trial=len(search.problem.trials) == 1, acts=said.acts, stopped=search.interrupted,
-        form=named(name for name in said.form if not is_only_form(name, effects)),
+        form=named(name for name in said.form if not is_only_form(name, effects) and name not in told),
         curve=named(name for name in said.form if is_only_form(name, effects)),
         damping=are_damping(said.form, effects),
         part=named(said.part), refused=refused, along=named(said.along), drift=sized(said.drift),
