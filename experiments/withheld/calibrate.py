@@ -40,7 +40,7 @@ from seatruth.errors import BadInput
 from withheld.names import UNKNOWN
 from withheld.same import one_name, twins
 from withheld.score import LIBRARY, opened, said
-from withheld.seal import commit, write
+from withheld.seal import commit, log, write
 
 FOLDS = 5
 WRONG = 0.02
@@ -107,34 +107,39 @@ class Case:
 
 
 def calibrate(
-    out: Path, program: str = LIBRARY, seed: int = 0, *, keep_temperature: bool = False, keep_priors: bool = False
+    folders: Sequence[Path], *, seed: int = 0, keep_temperature: bool = False, keep_priors: bool = False
 ) -> dict[str, Any]:
-    """Fits the constants to a diagnosed set; writes calibration.json into its folder and returns its content.
+    """Fits the constants to diagnosed sets; writes calibration.json into the first one's folder, returns its content.
 
-    With `keep_temperature` the temperature and its growth stay as they were when the set was diagnosed: few cases
-    decide them, those in which something wrong is much more probable than the truth. With `keep_priors` only they, and
-    what a further effect is asked for, are fitted, about their earlier values: a set that has few cases of a kind says
-    little of its share.
+    Test sets that were opened judge nothing any more. With `keep_temperature` the temperature and its growth stay as
+    they were: few cases decide them, those in which something wrong is much more probable than the truth. With
+    `keep_priors` only they, and what a further effect is asked for, are fitted, about their earlier values: sets that
+    have few cases of a kind say little of its share.
     """
-    truths, verdicts = opened(out), said(out, program)
-    settings = json.loads((out / "sealed" / "_set.json").read_text(encoding="utf-8"))
-    if settings["set"] != "dev":
-        raise BadInput("constants are fitted to development cases only", where=str(out), do="Give a development set.")
-    cases = [table(truths[name], own) for name, own in verdicts.items() if own.get("hypotheses")]
+    cases: list[Case] = []
+    verdicts: list[Mapping[str, Any]] = []
+    for out in folders:
+        if _drawn(out)["set"] != "dev" and ("score", "end") not in [(line["step"], line["what"]) for line in log(out)]:
+            what = "constants are fitted to a test set only once it is opened"
+            raise BadInput(what, where=str(out), do="Score it first.")
+        truths, own = opened(out), said(out, LIBRARY)
+        cases += [table(truths[name], one) for name, one in own.items() if one.get("hypotheses")]
+        verdicts += own.values()
     if len(cases) < FOLDS:
-        raise BadInput(f"only {len(cases)} verdicts hold hypotheses", where=str(out), do="Diagnose more cases.")
-    before = _settings(list(verdicts.values()), out)
+        raise BadInput(f"only {len(cases)} verdicts hold hypotheses", where=str(folders[0]), do="Diagnose more cases.")
+    before = _settings(verdicts, folders[0])
     kept = (before.temperature, before.model_form) if keep_temperature else None
     diagnosed = Constants(before.temperature, before.model_form, before.form_beside, before.unseen_form)
-    about = diagnosed if keep_priors else None
-    constants = fit(cases, kept, about)
-    left_out = cross_validated(cases, seed, kept, about)
+    how = kept, diagnosed if keep_priors else None
+    constants, left_out = fit(cases, *how), cross_validated(cases, seed, *how)
     content = {
         "constants": asdict(constants),
         "settings": as_settings(constants, before),
         "threshold": threshold([one for case in cases for one in named_answers(case, constants)]),
         "cases": len(cases),
-        "set": {"hash": _hash(out, program), "seed": settings["seed"], "commit": commit(), "folds_seed": seed},
+        "sets": [_origin(out) for out in folders],
+        "commit": commit(),
+        "folds_seed": seed,
         "log_score": {
             "as_diagnosed": float(np.mean([log_score(case, diagnosed) for case in cases])),
             "fitted": float(np.mean([log_score(case, constants) for case in cases])),
@@ -143,8 +148,20 @@ def calibrate(
         },
         "truth_among_hypotheses": float(np.mean([bool(case.right.any()) for case in cases])),
     }
-    write(out / "calibration.json", json.dumps(content, indent=1) + "\n")
+    write(folders[0] / "calibration.json", json.dumps(content, indent=1) + "\n")
     return content
+
+
+def _drawn(out: Path) -> dict[str, Any]:
+    """Which set it is, "dev" or "test", and its seed."""
+    stated = json.loads((out / "sealed" / "_set.json").read_text(encoding="utf-8"))
+    return {"set": stated["set"], "seed": stated["seed"]}
+
+
+def _origin(out: Path) -> dict[str, Any]:
+    """Where the cases of a set come from, the commit that diagnosed it, and a hash of it all."""
+    by = [line["commit"] for line in log(out) if line["step"] == "diagnose"]
+    return _drawn(out) | {"diagnosed": by[-1], "hash": _hash(out)}
 
 
 def table(truth: Mapping[str, Any], verdict: Mapping[str, Any]) -> Case:
@@ -375,9 +392,9 @@ def threshold(answers: Sequence[tuple[float, bool]]) -> float:
     return best
 
 
-def _hash(out: Path, program: str) -> str:
+def _hash(out: Path) -> str:
     """SHA-256 over the sealed truths and the verdicts that the constants were fitted to."""
     digest = hashlib.sha256()
-    for file in sorted([*(out / "sealed").glob("c*.json"), *(out / "verdicts" / program).glob("c*.json")]):
+    for file in sorted([*(out / "sealed").glob("c*.json"), *(out / "verdicts" / LIBRARY).glob("c*.json")]):
         digest.update(file.name.encode() + hashlib.sha256(file.read_bytes()).digest())
     return digest.hexdigest()

@@ -62,8 +62,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     last.add_argument("--out", type=Path, required=True, help="folder of the set")
     last.add_argument("--data", type=Path, help="folder of the real trials, for the real set (default: ../shared/data)")
     last.add_argument("--workers", type=int, default=min(4, os.cpu_count() or 1), help="for the suggested trials")
-    fitted = steps.add_parser("calibrate", help="fit the constants of the decision to a diagnosed development set")
-    fitted.add_argument("--out", type=Path, required=True, help="folder of the set")
+    fitted = steps.add_parser("calibrate", help="fit the constants of the decision to diagnosed sets")
+    fitted.add_argument(
+        "--out", type=Path, nargs="+", required=True, help="folders of development sets, and of opened test sets"
+    )
     fitted.add_argument("--seed", type=int, default=0, help="of the folds of the cross-validation")
     fitted.add_argument(
         "--keep-temperature", action="store_true", help="leave the temperature as the set was diagnosed with"

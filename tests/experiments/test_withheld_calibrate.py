@@ -152,15 +152,18 @@ def test_the_step_writes_constants_with_the_hash_of_their_cases(tmp_path: Path) 
     (tmp_path / "public" / "seal.json").write_text(json.dumps({"set": "dev", "sealed": seal}))
     (place / "manifest.json").write_text(json.dumps({"verdicts": hashes}))
     note(tmp_path, "diagnose", "end", {"manifest": digest_file(place / "manifest.json")})
-    found = calibrate(tmp_path)
+    found = calibrate([tmp_path])
     assert json.loads((tmp_path / "calibration.json").read_text()) == found
     assert found["cases"] == 12
-    assert len(found["set"]["hash"]) == 64
+    assert found["sets"] == [{"set": "dev", "seed": 7, "diagnosed": found["commit"], "hash": found["sets"][0]["hash"]}]
+    assert len(found["sets"][0]["hash"]) == 64
     assert found["log_score"]["fitted"] >= found["log_score"]["as_diagnosed"] - 1e-9
-    assert calibrate(tmp_path) == found
+    assert calibrate([tmp_path]) == found
     (tmp_path / "sealed" / "_set.json").write_text(json.dumps({"set": "test", "cases": 12, "seed": 7}))
-    with pytest.raises(BadInput, match="development"):
-        module.calibrate(tmp_path)
+    with pytest.raises(BadInput, match="once it is opened"):
+        module.calibrate([tmp_path])
+    note(tmp_path, "score", "end", {})
+    assert calibrate([tmp_path, tmp_path])["cases"] == 24
 
 
 def test_a_twin_has_the_evidence_of_the_fit_that_stands_for_it() -> None:
