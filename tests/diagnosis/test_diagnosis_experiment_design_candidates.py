@@ -17,7 +17,6 @@ from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import load_effects
 from seatruth.models import Model, Observation, Parameter, Thruster, load_model, observed
-from seatruth.models.twin_thruster import FULL
 from seatruth.trials.channel import Channel
 from seatruth.trials.trial import Trial
 
@@ -177,10 +176,19 @@ def test_a_boat_with_two_thrusters_steers_by_their_difference() -> None:
     assert (single["n_port"][-1], single["n_starboard"][-1]) == pytest.approx((10.0, 6.0))
 
 
-def test_no_thruster_is_ordered_more_than_full_power() -> None:
-    rise = boat.zigzag(60, 6.0, 9.0) * (np.arange(60) > 35)
-    menu = thrusting(load_model("twin_thruster"), n_port=14.0 + np.minimum(0.0, rise), n_starboard=14.0 - rise.clip(0))
-    assert max(menu.phases["step of +yaw thrust"].inputs["n_port"]) == FULL
+def test_no_thruster_goes_farther_than_on_record() -> None:
+    """Of a boat at 600 rpm that had stopped once, 1200 rpm were asked of one thruster, which had never exceeded 900."""
+    stopping = np.where(np.arange(60) < 50, 10.0, 0.0)
+    turning = 3.0 * ((np.arange(60) > 10) & (np.arange(60) < 25))
+    menu = thrusting(load_model("twin_thruster"), n_port=stopping + turning, n_starboard=stopping - turning)
+    assert menu.full["n_port"] == pytest.approx(10.0)
+    assert menu.axes["yaw thrust"] == pytest.approx({"n_port": 3.0, "n_starboard": -3.0})
+    step = menu.phases["step of +yaw thrust"]
+    assert step.text == "yaw thrust as far as it went (n_port 13 rev/s, n_starboard 7 rev/s) and held"
+    for name, phase in menu.phases.items():
+        for order in phase.inputs.values():
+            assert order.min() >= 0.0, name
+            assert order.max() <= 13.0, name
 
 
 def test_an_underwater_vehicle_steps_along_each_axis_and_keeps_its_battery() -> None:

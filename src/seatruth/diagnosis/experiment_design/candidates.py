@@ -82,7 +82,7 @@ class Menu:
         self.leg = _leg(self.pattern.duration / 8.0, problem)
         """Time of a zigzag's leg and of a stair, s."""
         self.inputs = [channel.name for channel in problem.study.model.inputs]
-        units = {channel.name: channel.unit for channel in problem.study.model.inputs}
+        units = self.units = {channel.name: channel.unit for channel in problem.study.model.inputs}
         self.turns = "psi" in problem.outputs
         self.standard = problem.study.model.standard
         values = {name: np.concatenate([np.asarray(t.inputs[name]) for t in problem.trials]) for name in self.inputs}
@@ -93,6 +93,7 @@ class Menu:
         angles = {name for name in self.inputs if units[name] == _ANGLE or name in steers}
         self.usual = {name: self.rest[name] + _usual(v, name in angles) for name, v in about.items()}
         self.full = {name: max(float(np.abs(v - self.usual[name]).max()), 1e-9) for name, v in values.items()}
+        self.recorded = {name: (float(value.min()), float(value.max())) for name, value in values.items()}
         self.rates = {name: self._fastest(name, problem.trials) for name in self.inputs}
         """Fastest change of each input on record, in its unit per s; infinite where it never moved."""
         self.drives = [
@@ -119,7 +120,7 @@ class Menu:
         self.axes = {
             f"{axis} thrust": reach
             for axis, shares in axes.items()
-            if (reach := self._along(shares)) and not (thrusting and axis == "surge")
+            if (reach := self._along(shares, values)) and not (thrusting and axis == "surge")
         }
         """Thrust along each axis: how far each input goes. The manoeuvres of a drive hold surge."""
         self.t = np.arange(0.0, self.pattern.duration - 0.5 * self.step, self.step)
@@ -207,7 +208,7 @@ class Menu:
                 for phase in self._steered(words, reach)[:3]:
                     text = f"{_words(group)} at {100 * _SLOW:.0f} % of the usual, {phase.text}"
                     lower = {n: slow[n] - self.usual[n] for n in slow if n in phase.inputs}
-                    steered = {n: x + lower.get(n, 0.0) for n, x in phase.inputs.items()}
+                    steered = {n: self._possible(n, x + lower.get(n, 0.0)) for n, x in phase.inputs.items()}
                     found.append(Phase(f"slow {phase.name}", text, {**slow, **steered}))
         return [*found, Phase("straight run", "inputs held", {})]
 
@@ -220,9 +221,15 @@ class Menu:
         """How far actuators that move together go from their usual values."""
         return {name: self.full[name] for name in group}
 
-    def _along(self, shares: Mapping[str, float]) -> dict[str, float]:
-        """How far each input goes for thrust along an axis; empty where one of them never moved in the trials."""
+    def _along(self, shares: Mapping[str, float], values: Mapping[str, Array]) -> dict[str, float]:
+        """How far each input goes for thrust along an axis: as far as the trials went along it, and as it did itself.
+
+        Empty where one of them never moved. A boat that stops takes its drives from 600 to 0 rpm, both at once: that
+        is no reason to let one run at 1200 rpm beside one that stands.
+        """
         most = min(self.full[name] / abs(share) for name, share in shares.items())
+        went = sum(share * (values[name] - self.usual[name]) for name, share in shares.items())
+        most = min(most, float(np.abs(went).max()) / sum(share**2 for share in shares.values()))
         return {name: most * share for name, share in shares.items()} if most > _STILL else {}
 
     def _one_by_one(self) -> Phase:
@@ -240,15 +247,19 @@ class Menu:
         """A drive at a part of its usual order."""
         return self.rest[name] + _SLOW * (self.usual[name] - self.rest[name])
 
-    def _possible(self, name: str, order: Array) -> Array:
-        """An order within full power, where it is known."""
+    def _possible(self, name: str, order: Array | float) -> Array:
+        """An order within full power, where it is known, and of a drive between rest and the most on record."""
         power, rest = self.thrusters.get(name, math.inf), self.rest[name]
-        return np.clip(order, rest - power, rest + power)
+        low, high = self.recorded[name] if name in self.drives else (-math.inf, math.inf)
+        return np.clip(np.asarray(order), max(min(low, rest), rest - power), min(max(high, rest), rest + power))
 
     def _steered(self, name: str, reach: Mapping[str, float]) -> list[Phase]:
         """Manoeuvres of actuators that move together, so far each: rudders, or thrust along an axis."""
         t, half = self.t, self.leg
-        verb, full = ("step of", "as far as it went") if name in self.axes else ("turn by", "hard over")
+        ends = ", ".join(
+            f"{n} {float(self._possible(n, self.usual[n] + x)):.3g} {self.units[n]}" for n, x in reach.items()
+        )
+        verb, full = ("step of", f"as far as it went ({ends})") if name in self.axes else ("turn by", "hard over")
         stairs = np.array(_STAIRS)[np.minimum((t / half).astype(int), len(_STAIRS) - 1)]
 
         def moved(part: Array | float) -> dict[str, Array]:
