@@ -251,7 +251,7 @@ class Menu:
         """An order within full power, where it is known, and of a drive between rest and the most on record."""
         power, rest = self.thrusters.get(name, math.inf), self.rest[name]
         low, high = self.recorded[name] if name in self.drives else (-math.inf, math.inf)
-        return np.clip(np.asarray(order), max(min(low, rest), rest - power), min(max(high, rest), rest + power))
+        return np.asarray(np.clip(order, max(min(low, rest), rest - power), min(max(high, rest), rest + power)))
 
     def _steered(self, name: str, reach: Mapping[str, float]) -> list[Phase]:
         """Manoeuvres of actuators that move together, so far each: rudders, or thrust along an axis."""
