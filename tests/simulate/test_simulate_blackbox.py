@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from known_models import Lag, record_of
 
-from seatruth.errors import BadInput
+from seatruth.errors import BadInput, PluginError
 from seatruth.models.black_box import BlackBox
+from seatruth.models.isolated import failures_of
 from seatruth.simulate import evaluate_rhs, simulator
 from seatruth.trials.trial import Trial
 
@@ -47,6 +48,26 @@ def box() -> BlackBox:
 def trials() -> list[Trial]:
     t = np.arange(21) * 0.1
     return [record_of(t, np.sin, x=0.1 * t, angle=t), record_of(t[:12], np.cos, name="other", x=t[:12])]
+
+
+def test_a_function_that_gives_up_at_some_parameters_has_diverged_there() -> None:
+    """A diagnosis of a boat ended after four minutes with "RuntimeError: diverged" of its simulator, nothing kept."""
+
+    def gives_up(trial: Trial, p: dict[str, float], first: dict[str, float] | None) -> dict[str, Any]:
+        if p["k"] > 5.0:
+            raise RuntimeError("diverged")
+        return lag_in_python(trial, p, first)
+
+    model = box()
+    model.function = gives_up
+    sim = simulator(model, trials(), free=("k", "T"))
+    with pytest.raises(PluginError, match="RuntimeError: diverged"):
+        sim.outputs(np.array([[6.0, 2.0]]), sim.initial_states)
+    found = sim.outputs(np.array([[1.5, 2.0], [6.0, 2.0]]), sim.initial_states)
+    assert found.diverged.tolist() == [[False, False], [True, True]]
+    assert (
+        failures_of(model) == "2 of 4 runs of the simulator failed: 2 times its function raised RuntimeError: diverged."
+    )
 
 
 def test_it_agrees_with_the_compiled_model() -> None:

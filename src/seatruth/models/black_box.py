@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, Literal
 
 import numpy as np
@@ -19,6 +20,10 @@ from seatruth.trials.trial import Trial
 
 Function = Callable[..., Mapping[str, Any]]
 """`function(trial, parameters, first_state)`, with `outside` as a fourth argument where there are ports."""
+
+
+class RunFailed(PluginError):
+    """The function of a black box raised in one run, which may be the parameters' fault, and not its own."""
 
 
 class BlackBox(Model):
@@ -107,6 +112,11 @@ class BlackBox(Model):
         """A black box has no equations: it is simulated as a whole, by `run`."""
         raise PluginError("a black box has no equations", do="Simulate it with `run`.")
 
+    succeeded = 0
+    """Runs in this process that gave outputs."""
+    failed: Mapping[str, int] = MappingProxyType({})
+    """Runs in this process that raised once others had given outputs, by what they raised: they count as diverged."""
+
     def run(
         self,
         trial: Trial,
@@ -116,8 +126,8 @@ class BlackBox(Model):
     ) -> Array:
         """The simulated outputs, shape (n, n_outputs) in the order of `outputs`; checked, copied.
 
-        `outside` is what acts through the ports; nothing where None. Raises PluginError if the function raises or
-        returns something else than one (n,) array an output.
+        `outside` is what acts through the ports; nothing where None. Raises RunFailed if the function raises, and
+        PluginError if it returns something else than one (n,) array an output.
         """
         where = f"model {self.name!r}, trial {trial.name!r}"
         more = (outside or self.ports.nothing,) if self.ports else ()
@@ -126,7 +136,7 @@ class BlackBox(Model):
         except SeatruthError:
             raise
         except Exception as problem:
-            raise PluginError(
+            raise RunFailed(
                 f"its function raised {type(problem).__name__}: {problem}", where=where, do="Correct the model file."
             ) from problem
         if not isinstance(result, Mapping):
@@ -144,6 +154,7 @@ class BlackBox(Model):
                     f"its {output.name!r} has shape {values.shape}, the trial has ({len(trial)},)", where=where
                 )
             simulated[:, column] = values
+        self.succeeded += 1
         return simulated
 
     def acting_inputs(self, trial: Trial, parameters: Mapping[str, float]) -> Trial:

@@ -247,8 +247,13 @@ def failures_of(model: Model) -> str:
         ''
     """
     part = isolated_in(model)
-    if part is None or not part.counts.failures:
+    if part is not None:
+        failures, runs = part.counts.failures, part.counts.simulated
+    else:
+        inner = model.innermost if isinstance(model, BlackBox) else None
+        failures = Counter({} if inner is None else inner.failed)
+        runs = failures.total() + (0 if inner is None else inner.succeeded)
+    if not failures:
         return ""
-    counts = part.counts
-    reasons = "; ".join(f"{number} times {reason}" for reason, number in counts.failures.most_common(4))
-    return f"{counts.failures.total()} of {counts.simulated} runs of the simulator failed: {reasons}."
+    reasons = "; ".join(f"{number} times {reason}" for reason, number in failures.most_common(4))
+    return f"{failures.total()} of {runs} runs of the simulator failed: {reasons}."

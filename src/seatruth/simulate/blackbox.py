@@ -10,7 +10,7 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.errors import PluginError
-from seatruth.models.black_box import BlackBox
+from seatruth.models.black_box import BlackBox, RunFailed
 from seatruth.models.isolated import isolated_in
 from seatruth.simulate.meter import Meter
 from seatruth.simulate.serial import RELATIVE_STEP, SerialSimulator
@@ -71,7 +71,15 @@ class BlackBoxSimulator(SerialSimulator):
     def _run(self, values: Array, trial: int, x0: Array) -> tuple[Array, Array]:
         parameters = dict(zip(self._setup.parameters.names, values.tolist()))
         first = dict(zip(self._states, x0.tolist())) if self._states else None
-        y = self._box.run(self._setup.trials[trial], parameters, first)
+        try:
+            y = self._box.run(self._setup.trials[trial], parameters, first)
+        except RunFailed as problem:
+            inner = self._box.innermost
+            # A function that never gave anything has a fault; one that gives up at some parameters has diverged there.
+            if self._isolated is not None or not inner.succeeded:
+                raise
+            inner.failed = {**inner.failed, problem.what: inner.failed.get(problem.what, 0) + 1}
+            y = np.full((len(self._setup.trials[trial]), len(self._box.outputs)), math.nan)
         return y, y[:, self._state_outputs]
 
     def _all(self, run: Callable[[tuple[int, int]], None], jobs: Sequence[tuple[int, int]]) -> None:
