@@ -65,7 +65,7 @@ def check(html: str, diagnosis: Diagnosis, augmented: str) -> None:
     assert readable(verdict.sentence) in summary
 
     # Each named cause: in the headline, in the table below it, and among the effects with the same size.
-    named = page.rows("Causes that the verdict names") + page.rows("Significant, but a negligible part of the gap")
+    named = page.rows("Causes that the verdict names") + page.rows("Probable, but a negligible part of the gap")
     assert sorted(row[0] for row in named) == sorted(cause.title for cause in verdict.causes)
     effects = {row[0]: row for row in page.rows("Effects that took part")}
     for cause in verdict.causes:

@@ -56,6 +56,19 @@ def test_what_is_not_named_is_told_with_its_size(found: Search) -> None:
     assert "of no practical size: yaw rate bias (b 0.2" in told(replace(said, small=("gyro_bias",)))
 
 
+def test_what_cannot_be_told_from_none_is_not_significant(found: Search) -> None:
+    """Of a boat in a current an arm of its antenna of 0.14 +- 0.09 m stood beside it as significant."""
+    said = Decision("unknown", (), 0.99, True, (), small=("gyro_bias",))
+    known = parameters(found, "gyro_bias")
+    vague = tuple(replace(one, stderr=abs(one.value - one.null) / 1.5) for one in known)
+
+    def told(sizes: tuple[EffectParameter, ...]) -> str:
+        return headline(found, found.problem.study.model, said, (), 0.99, SHARES, None, lambda name: sizes)
+
+    assert "of no practical size: yaw rate bias" in told(known)
+    assert "yaw rate bias" not in told(vague)
+
+
 def test_an_error_of_a_sensor_is_measured_in_its_own_channels_where_all_others_drown_it(found: Search) -> None:
     cause = NamedCause("sensor", "yaw rate bias", ("gyro_bias",), 0.99, "b 0.23 +- 0.01 deg/s", 0.2, False, False)
     said = Decision("effects", (), 0.99, False, ("gyro_bias",))

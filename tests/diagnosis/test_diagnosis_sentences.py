@@ -166,12 +166,10 @@ def test_an_implausible_size_looks_like_a_cause_and_is_not_said_to_be_it() -> No
 def test_a_small_cause_stands_below_the_line() -> None:
     text = said("effects", CURRENT, BIAS)
     assert text.index("comes from a uniform current") < text.index(
-        "Significant, but a negligible part of the gap: an offset"
+        "Probable, but a negligible part of the gap: an offset"
     )
     alone = said("effects", BIAS)
-    assert alone.startswith(
-        "No cause of practical size is seen. Significant, but a negligible part of the gap: an offset"
-    )
+    assert alone.startswith("No cause of practical size is seen. Probable, but a negligible part of the gap: an offset")
     assert "left out" not in alone
 
 

@@ -105,7 +105,7 @@ def test_a_report_that_tells_two_stories_is_noticed(tmp_path: Path) -> None:
     ("kind", "title", "words"),
     [
         ("effects", "A cause is named", "The gap comes from a uniform current of 0.205 ± 0.02 m/s"),
-        ("two_causes", "A cause is named", "Significant, but a negligible part of the gap: an offset"),
+        ("two_causes", "A cause is named", "Probable, but a negligible part of the gap: an offset"),
         ("with_discrepancy", "A cause is named", "Most of the gap comes from"),
         ("implausible", "It looks like a known cause", "another cause may act in the same way"),
         ("not_predictive", "A likely cause", "does not shrink surely on trials left out"),

@@ -283,7 +283,7 @@ def _beyond(causes: Sequence[NamedCause]) -> str:
 
 def _small(causes: Sequence[NamedCause]) -> str:
     small = [cause for cause in causes if cause.small]
-    return f"Significant, but a negligible part of the gap: {_listed(small)}." if small else ""
+    return f"Probable, but a negligible part of the gap: {_listed(small)}." if small else ""
 
 
 def _tiny(causes: Sequence[NamedCause], shares: Shares) -> str:

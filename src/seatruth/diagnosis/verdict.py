@@ -124,7 +124,7 @@ class NamedCause:
     share: float
     """Part of the gap that it closes; of what is explained of the trials where runs stray (`of_evidence`)."""
     small: bool
-    """Significant, but a negligible part of the gap."""
+    """Probable, but a negligible part of the gap."""
     implausible: bool
     """Its size is beyond what is believed of the vehicle: it looks like this cause, it need not be it."""
     beyond: str = ""

@@ -62,7 +62,7 @@ def _summary(diagnosis: Diagnosis) -> Section:
     if causes:
         blocks.append(_causes(diagnosis, causes, "Causes that the verdict names"))
     if small:
-        blocks.append(_causes(diagnosis, small, "Significant, but a negligible part of the gap"))
+        blocks.append(_causes(diagnosis, small, "Probable, but a negligible part of the gap"))
     blocks.append(
         Answers(
             [
