@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from seatruth import Channel, Model, Parameter, load_model
+from seatruth import BlackBox, Channel, Model, Parameter, load_model
 from seatruth.effects.lacking import lacking
 
 
@@ -40,3 +40,11 @@ def test_a_model_that_takes_no_force() -> None:
 
 def test_a_model_that_tells_all_lacks_nothing() -> None:
     assert lacking(load_model("mmg")) == {}
+
+
+def test_what_a_black_box_has_no_port_for() -> None:
+    """A user read that 17 effects can be tried, and of the wind only after the run."""
+    names = [Channel(name, unit) for name, unit in (("u", "m/s"), ("v", "m/s"), ("r", "rad/s"), ("psi", "rad"))]
+    box = BlackBox("box", lambda *_: {}, inputs=[Channel("n", "rev/s")], outputs=names, parameters=[], kind="ship")
+    found = lacking(box)
+    assert "tether" in found["it is a force, and the model is a black box without a port for forces"]

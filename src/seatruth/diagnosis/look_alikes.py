@@ -19,7 +19,8 @@ def of_another_form(titles: Sequence[str], curve: Sequence[str], *, damping: boo
     sound = _SOUND if damping else ""
     if titles:
         other = curve or ["damping or drag of another form than the model's"]
-        return f"It looks like {listed(titles)}, or like {listed(other)}.{sound}"
+        together = ", alone or together" if len(titles) > 1 else ""
+        return f"It looks like {listed(titles)}{together}, or like {listed(other)}.{sound}"
     return f"It looks like {listed(curve)}.{sound}" if curve else ""
 
 

@@ -93,7 +93,8 @@ class Hypothesis:
     discrepancy: bool
     """Whether model discrepancy acts beside them."""
     log_evidence: float
-    """Laplace approximation of the log marginal likelihood, over that of the model without effects and discrepancy."""
+    """Laplace approximation of the log marginal likelihood, over that of the model without effects, with
+    discrepancy or without, whichever explains more."""
     log_prior: float
     """Logarithm of its prior probability."""
     probability: float

@@ -7,6 +7,8 @@ from seatruth.effects.base import NO_ENVIRONMENT, NO_PARAMETER, UNDECLARED
 from seatruth.models.base import Model
 
 _TOLD = (UNDECLARED, NO_ENVIRONMENT, NO_PARAMETER)
+_OF_A_BOX = "black box"
+"""In every reason that ports would do away with (`port_needs`)."""
 
 
 def lacking(model: Model) -> dict[str, list[str]]:
@@ -22,6 +24,6 @@ def lacking(model: Model) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     for name, effect in available().items():
         reason = effect.missing(model)
-        if reason.startswith(_TOLD):
+        if reason.startswith(_TOLD) or _OF_A_BOX in reason:
             found.setdefault(reason, []).append(name)
     return found

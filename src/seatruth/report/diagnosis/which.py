@@ -70,7 +70,7 @@ def _hypotheses(diagnosis: Diagnosis) -> Block:
             "long",
             "whether forces that the model's structure lacks act as well; as a term that damping of another form shows",
         ),
-        Column("log evidence", "number", "over that of the model without effects and discrepancy (nats)"),
+        Column("log evidence", "number", "over that of the model without effects, with discrepancy or without (nats)"),
         Column(
             "counts",
             "number",
