@@ -145,8 +145,8 @@ def unseen(study: Study, reasons: Mapping[str, str]) -> list[Finding]:
         lacking.append("a current")
     if not lacking:
         return []
-    tried = f"Not tried: {', '.join(inside)}." if inside else ""
-    text = f"The simulator has no port for {' nor for '.join(lacking)}. {tried}".strip()
+    tried = f" Not tried: {', '.join(inside)}." if inside else ""
+    text = f"The simulator has no port for {' nor for '.join(lacking)}.{tried}"
     do = "Name the inputs that take them (docs/simulators.md): ports = { force = [...], current = [...] }."
     return [Finding("warning", "no-ports", text, f"model {study.model.name!r}", do)]
 
