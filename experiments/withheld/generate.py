@@ -219,7 +219,7 @@ def generate(
             print(f"[{done}/{len(missing)}] {names[jobs[job]]}: {took}", flush=True)
     if failed:
         raise BadInput(f"could not be drawn: {', '.join(sorted(failed))}", where=str(out),
-                       do="Seal the others with --as-is; the log will name these.")  # fmt: skip
+                       do="Seal the others with --as-is, with the same commit; the log will name these.")  # fmt: skip
     seal = {name: digest_file(out / "sealed" / f"{name}.json") for name in names}
     write(out / "public" / "seal.json", json.dumps({"set": which, "sealed": seal}, indent=1) + "\n")
     if missing or as_is:
