@@ -99,3 +99,20 @@ def test_the_place_of_what_fits_best_is_no_surer_than_the_verdict_that_refuses_i
     told = gap.where_in_words(found)
     assert told.startswith(f"What fits best acts in {gap.place_in_words(place)} ({chance(p)})")
     assert "and is not named" in told
+
+
+def test_of_two_thrusters_that_look_alike_either_may_be_where_it_acts() -> None:
+    """Of a boat "it most likely acts in the actuator of n_port" stood beside "which these trials cannot tell apart"."""
+    found = diagnosis("inseparable")
+    (cause, *_), (first, second, *others) = found.verdict.causes, found.effects
+    cause = replace(cause, effects=(first.name, second.name))
+    found.verdict = replace(found.verdict, causes=(cause,), places=("actuator:n_port",))
+    found.effects = (
+        replace(first, acts_on=("actuator:n_port",)),
+        replace(second, acts_on=("actuator:n_starboard",)),
+        *others,
+    )
+    told = gap.where_in_words(found)
+    assert told.startswith("It most likely acts in the actuator of n_port, or in the actuator of n_starboard.")
+    found.effects = (found.effects[0], replace(second, acts_on=("actuator:n_port",)), *others)
+    assert gap.where_in_words(found).startswith("It most likely acts in the actuator of n_port. ")

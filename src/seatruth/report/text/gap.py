@@ -106,7 +106,9 @@ def where_in_words(diagnosis: Diagnosis) -> str:
     sentences = []
     if diagnosis.verdict.places:
         acting = "It acts in" if diagnosis.verdict.kind == "effects" else "It most likely acts in"
-        sentences.append(f"{acting} {listed([place_in_words(place) for place in diagnosis.verdict.places])}.")
+        said = listed([place_in_words(place) for place in diagnosis.verdict.places])
+        other = _places_of_others(diagnosis)
+        sentences.append(f"{acting} {said}{f', or in {listed(other)}' if other else ''}.")
     elif diagnosis.verdict.kind != "no_gap":
         likely = [(place, p) for place, p in ranked(diagnosis.places) if p >= WORTH_MENTION][:3]
         if likely:
@@ -138,6 +140,19 @@ def where_in_words(diagnosis: Diagnosis) -> str:
     if len(region):
         sentences.append(f"It is worst at {cell_in_words(region.iloc[int(np.argmax(region['misfit']))])}.")
     return " ".join(sentences) or "It shows nowhere in particular."
+
+
+def _places_of_others(diagnosis: Diagnosis) -> list[str]:
+    """Where the look-alikes of a named cause act, if elsewhere: of two alike thrusters, either may be the weak one."""
+    acts_on = {effect.name: effect.acts_on for effect in diagnosis.effects}
+    others = [
+        place_in_words(place)
+        for cause in diagnosis.verdict.causes
+        for name in cause.effects[1:]
+        for place in acts_on.get(name, ())
+        if place not in diagnosis.verdict.places
+    ]
+    return list(dict.fromkeys(others))
 
 
 def _rests_on_what_is_not_named(diagnosis: Diagnosis, place: str) -> bool:
