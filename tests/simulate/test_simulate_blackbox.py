@@ -68,6 +68,9 @@ def test_a_function_that_gives_up_at_some_parameters_has_diverged_there() -> Non
     assert (
         failures_of(model) == "2 of 4 runs of the simulator failed: 2 times its function raised RuntimeError: diverged."
     )
+    model.succeeded = {"other": 1}  # nothing was ever given for the first trial: that is no divergence
+    with pytest.raises(PluginError, match="RuntimeError: diverged"):
+        sim.outputs(np.array([[6.0, 2.0]]), sim.initial_states)
 
 
 def test_it_agrees_with_the_compiled_model() -> None:

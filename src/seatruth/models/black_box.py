@@ -11,7 +11,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.errors import BadInput, PluginError, SeatruthError, nearest
 from seatruth.models.actuators import Rudder, Thruster, problem_with, shown_thrusts
-from seatruth.models.base import Model, check_kind
+from seatruth.models.base import Model, check_kind, whole_name
 from seatruth.models.geometry import Dimensions
 from seatruth.models.parameter import Parameter
 from seatruth.models.ports import Outside, Ports, as_ports
@@ -112,10 +112,10 @@ class BlackBox(Model):
         """A black box has no equations: it is simulated as a whole, by `run`."""
         raise PluginError("a black box has no equations", do="Simulate it with `run`.")
 
-    succeeded = 0
-    """Runs in this process that gave outputs."""
+    succeeded: Mapping[str, int] = MappingProxyType({})
+    """Runs in this process that gave outputs, by trial."""
     failed: Mapping[str, int] = MappingProxyType({})
-    """Runs in this process that raised once others had given outputs, by what they raised: they count as diverged."""
+    """Runs in this process that raised once their trial had given outputs, by what they raised: they have diverged."""
 
     def run(
         self,
@@ -154,7 +154,8 @@ class BlackBox(Model):
                     f"its {output.name!r} has shape {values.shape}, the trial has ({len(trial)},)", where=where
                 )
             simulated[:, column] = values
-        self.succeeded += 1
+        name = whole_name(trial.name)
+        self.succeeded = {**self.succeeded, name: self.succeeded.get(name, 0) + 1}
         return simulated
 
     def acting_inputs(self, trial: Trial, parameters: Mapping[str, float]) -> Trial:

@@ -252,7 +252,7 @@ def failures_of(model: Model) -> str:
     else:
         inner = model.innermost if isinstance(model, BlackBox) else None
         failures = Counter({} if inner is None else inner.failed)
-        runs = failures.total() + (0 if inner is None else inner.succeeded)
+        runs = failures.total() + (0 if inner is None else sum(inner.succeeded.values()))
     if not failures:
         return ""
     reasons = "; ".join(f"{number} times {reason}" for reason, number in failures.most_common(4))

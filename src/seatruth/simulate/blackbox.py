@@ -10,6 +10,7 @@ import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.errors import PluginError
+from seatruth.models.base import whole_name
 from seatruth.models.black_box import BlackBox, RunFailed
 from seatruth.models.isolated import isolated_in
 from seatruth.simulate.meter import Meter
@@ -75,8 +76,8 @@ class BlackBoxSimulator(SerialSimulator):
             y = self._box.run(self._setup.trials[trial], parameters, first)
         except RunFailed as problem:
             inner = self._box.innermost
-            # A function that never gave anything has a fault; one that gives up at some parameters has diverged there.
-            if self._isolated is not None or not inner.succeeded:
+            # One that never gave anything for a trial has a fault; one that gives up at some parameters has diverged.
+            if self._isolated is not None or whole_name(self._setup.trials[trial].name) not in inner.succeeded:
                 raise
             inner.failed = {**inner.failed, problem.what: inner.failed.get(problem.what, 0) + 1}
             y = np.full((len(self._setup.trials[trial]), len(self._box.outputs)), math.nan)

@@ -94,6 +94,7 @@ class Menu:
         self.usual = {name: self.rest[name] + _usual(v, name in angles) for name, v in about.items()}
         self.full = {name: max(float(np.abs(v - self.usual[name]).max()), 1e-9) for name, v in values.items()}
         self.recorded = {name: (float(value.min()), float(value.max())) for name, value in values.items()}
+        """Least and largest value of each input on record."""
         self.rates = {name: self._fastest(name, problem.trials) for name in self.inputs}
         """Fastest change of each input on record, in its unit per s; infinite where it never moved."""
         self.drives = [

@@ -23,6 +23,7 @@ from seatruth.diagnosis.marginal_likelihood import Likelihood
 from seatruth.diagnosis.problem import Linearization, Point
 from seatruth.diagnosis.sizes import noise_shapes
 from seatruth.diagnosis.steps import weighted_squares
+from seatruth.models.black_box import RunFailed
 from seatruth.statistics.state_space_noise import whiten
 from seatruth.trials.trial import Trial
 
@@ -249,7 +250,10 @@ class Rivals:
     def _outputs(self, trial: Trial, point: Point) -> Array | None:
         """Whitened outputs (rows,) of a true cause; None where it diverges."""
         sim = self.problem.on_trial(trial, (), self.problem.named(point))
-        y = sim.outputs(np.zeros((1, 0)), sim.initial_states).y[0]
+        try:
+            y = sim.outputs(np.zeros((1, 0)), sim.initial_states).y[0]
+        except RunFailed:  # a simulator that gives up in a trial which nobody has sailed
+            return None
         return self._whitened(trial, y[:, :, None])[:, 0] if np.isfinite(y).all() else None
 
     def _recorded_ranges(self) -> dict[int, tuple[float, float]]:
