@@ -45,4 +45,4 @@ def first_slope(trial: Trial, channel: str, seconds: float) -> float:
     slope = float(t @ values) / squares
     left = values - values.mean() - slope * t
     variance = float(left @ left) / (t.size - 2) / squares
-    return slope * max(0.0, 1.0 - variance / slope**2) if slope else 0.0
+    return slope * max(0.0, 1.0 - variance / slope**2) if slope**2 > 0.0 else 0.0
