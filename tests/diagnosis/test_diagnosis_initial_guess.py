@@ -10,7 +10,14 @@ import boat_case as boat
 import numpy as np
 import pytest
 
-from seatruth.diagnosis.initial_guess import forces_instead, from_equation_error, started, without_effects
+from seatruth.diagnosis.initial_guess import (
+    forces_instead,
+    from_equation_error,
+    likely_values,
+    moved_to,
+    started,
+    without_effects,
+)
 from seatruth.diagnosis.problem import Point, Problem
 from seatruth.diagnosis.settings import Settings
 from seatruth.effects import load_effects
@@ -101,3 +108,33 @@ def test_forces_take_the_place_of_an_effect_that_is_left_out(pushed: list[Trial]
         return float(np.abs(problem.errors(point) - problem.errors(drifting)).max())
 
     assert far(replaced) < 0.5 * far(left_out)
+
+
+@pytest.mark.parametrize("way", ["moved", "started", "without", "instead"])
+def test_a_heading_that_is_off_begins_where_its_record_does(pushed: list[Trial], way: str) -> None:
+    """A compass half a turn off: the vehicle lies the other way, and the record begins as it did."""
+    problem = Problem(boat.study(boat.Boat(), pushed), load_effects(["heading_bias"]), Settings(knots=5))
+    half = np.array([np.pi])
+    off = moved_to(problem, problem.start, "heading_bias", half)
+    near = cast(Any, SimpleNamespace(discrepancy=True, point=problem.start))
+    to = {
+        "moved": lambda: off,
+        "started": lambda: started(problem, near, "heading_bias", half),
+        "without": lambda: without_effects(problem, off, ["heading_bias"]),
+        "instead": lambda: forces_instead(problem, off, ["heading_bias"]),
+    }
+    point, psi = to[way](), problem.initial_names.index("psi")
+    turned = np.pi if way in ("moved", "started") else 0.0
+    assert problem.start.initial[:, psi] - point.initial[:, psi] == pytest.approx(turned)
+    column = problem.outputs.index("psi")
+    first = problem.simulate(point)[0][0, column], problem.simulate(problem.start)[0][0, column]
+    assert first[0] == pytest.approx(first[1])
+
+
+def test_a_heading_far_off_is_likely_where_its_track_says(pushed: list[Trial]) -> None:
+    turned = [dataclasses.replace(run, outputs={**run.outputs, "psi": run.outputs["psi"] + 2.0}) for run in pushed]
+    for runs, expected in ((turned, [2.0]), (pushed, [])):
+        problem = Problem(boat.study(boat.Boat(), runs), load_effects(["heading_bias", "current"]), Settings(knots=5))
+        found = [values[0] for values in likely_values(problem, "heading_bias", shown=True)]
+        assert found == pytest.approx(expected, abs=0.1)
+        assert likely_values(problem, "current") == []

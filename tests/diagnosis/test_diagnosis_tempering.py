@@ -193,7 +193,8 @@ def test_no_set_is_behind_one_that_explains_less_and_stands_beside_a_sensor() ->
     # What is ahead by no more than a wrong form that forces do not show is no reason.
     evidence[4:] = 446.0
     near = errors_beside_forces(evidence / 28.0, evidence, keys, forces, sensors, 5.67, 1.0, 0.053)
-    assert near[5] == pytest.approx(446.0 / 28.0)
+    assert near[5] == near[4], "beside forces one error is not heated by the other"
+    assert near[4] < near[3]
 
 
 def test_a_current_does_not_heat_what_turns_with_the_vehicle_beside_it_and_forces() -> None:
@@ -220,3 +221,22 @@ def test_what_stands_beside_an_error_of_a_sensor_that_leads_is_heated_by_that() 
     found = evidence / 7.0
     raised = errors_beside_forces(found, evidence, keys, [True] * 4, {"position_delay"}, 5.7, 1.0, 0.053)
     assert raised == pytest.approx(found)
+
+
+def test_a_set_that_needs_no_forces_is_not_behind_itself_with_them() -> None:
+    """A rudder whose order was recorded at 0.4 of its angle, in a current: with forces it would count as a term."""
+    keys = [(), ("current",), ("current", "rudder_gain"), ("current", "rudder_gain"), ("current",)]
+    on = [True, True, True, False, False]
+    evidence = np.array([0.0, 306.0, 505.0, 520.0, -2428.0])
+    found = errors_beside_forces(
+        evidence / 28.0, evidence, keys, on, {"gyro_bias"}, 5.7, 1.0, 0.05, on_board={"rudder_gain"}, currents={"current"}
+    )
+    assert found[2] > found[1] + 10.0
+    assert found[3] > found[2]
+    assert found[4] == evidence[4] / 28.0, "far behind it keeps its own"
+    near = evidence.copy()
+    near[3] = 503.0  # two nats less than with forces
+    found = errors_beside_forces(
+        near / 28.0, near, keys, on, {"gyro_bias"}, 5.7, 1.0, 0.05, on_board={"rudder_gain"}, currents={"current"}
+    )
+    assert found[3] == pytest.approx(found[2] - 2.0)

@@ -50,3 +50,8 @@ def test_it_is_as_large_as_the_vehicle_is_heavy_and_begins_all_around() -> None:
     begun = [math.atan2(one["east"], one["north"]) for one in effect.starting_points(Rov())]
     assert np.diff(sorted(np.mod(begun, 2 * math.pi))) == pytest.approx(math.pi / 4)
     assert "acts on auv" in effect.missing(type("Ship", (Rov,), {"kind": "ship"})())
+
+
+def test_its_place_is_known_to_a_part_of_the_length_however_heavy_the_vehicle_is() -> None:
+    effect = available()["line_pull"]
+    assert effect.priors(Rov())["lever"] == effect.shape_priors["lever"]

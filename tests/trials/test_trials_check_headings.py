@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from seatruth.trials import Trial, check_trials
+from seatruth.trials.check.headings import heading_offset
 
 
 def legs(*courses: float, off: float = 0.0, current: complex = 0.0, names: tuple[str, ...] = ("sog", "cog")) -> Trial:
@@ -51,3 +52,20 @@ def test_courses_of_several_trials_count_together() -> None:
     one, other = legs(0, 20, off=90.0), replace(legs(150, 170, off=90.0), name="back")
     assert found(one) == []
     assert len(found(one, other)) == 1
+
+
+@pytest.mark.parametrize("off", [90.0, -20.0, 150.0])
+@pytest.mark.parametrize("speeds", [False, True])
+def test_the_angle_from_the_heading_to_the_track_is_measured(off: float, speeds: bool) -> None:
+    log = legs(0, 120, 240, off=off)
+    if speeds:
+        log = replace(log, outputs={**log.outputs, "u": np.full(len(log), 2.0), "v": np.zeros(len(log))})
+    angle = heading_offset([log])
+    assert angle is not None
+    assert np.degrees(angle) == pytest.approx(off, abs=3.0)
+
+
+def test_no_angle_holds_where_a_current_or_a_compass_turns_the_track() -> None:
+    assert heading_offset([legs(0, 120, 240, off=10.0)]) is None
+    assert heading_offset([legs(0, 180, current=1.5j)]) is None
+    assert heading_offset([]) is None

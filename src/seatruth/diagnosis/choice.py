@@ -10,6 +10,7 @@ import math
 
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.hypotheses import Key, Search
+from seatruth.diagnosis.initial_guess import likely_values
 from seatruth.diagnosis.posterior import causes_in, log_prior
 from seatruth.diagnosis.screening import screen
 
@@ -57,11 +58,15 @@ def as_alone(found: Search, leader: Fit, name: str, promised: float) -> float:
 
 
 def singles(found: Search, near: Fit) -> list[str]:
-    """Effects that are fitted alone: the first ones, and those of which a linearization at their null says little."""
+    """Effects that are fitted alone: the first ones, and those of which a linearization at their null says little.
+
+    Before them those that the records themselves show: a heading half a turn off promises nothing at its null.
+    """
     ranked, effects = screen(found, near), found.problem.effects
     few = found.problem.settings.singles
     curved = [name for name in ranked[few:] if effects[name].starts and name in found.starts]
-    return list(dict.fromkeys([*ranked[:few], *curved[:_CURVED], *found.explaining(WITHOUT)]))
+    gross = [name for name in ranked if likely_values(found.problem, name, shown=True)]
+    return list(dict.fromkeys([*gross, *ranked[:few], *curved[:_CURVED], *found.explaining(WITHOUT)]))
 
 
 def additions(found: Search, leader: Fit) -> list[str]:

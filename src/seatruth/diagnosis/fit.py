@@ -107,7 +107,7 @@ class Fit:
         """Largest distance of an effect's parameters from their null, in deviations of what is believed of them."""
         effect, columns = problem.effects[name], problem.columns[name]
         null = np.array([effect.null[q.name] for q in effect.parameters])
-        return float(np.max(np.abs(self.point.shared[columns] - null) / problem.sd[columns], initial=0.0))
+        return float(np.max(np.abs(self.point.shared[columns] - null) / problem.believed_sd[columns], initial=0.0))
 
     def is_whole(self, problem: Problem) -> bool:
         """Whether its effects that act wholly or not at all are nearer to the whole than to nothing."""

@@ -63,6 +63,12 @@ class Search:
     """Whether it was the budget of evaluations that ended it."""
 
     @property
+    def library(self) -> str:
+        """The effects that take part, as what is stored goes by: how many, and whose priors are wider."""
+        wider = self.problem.settings.wider
+        return f"{len(self.problem.effects)} effects{f', wider {wider}' if wider else ''}"
+
+    @property
     def null(self) -> Fit:
         """The model alone, as it fits best."""
         return max((f for (key, _), f in self.fits.items() if not key), key=lambda f: f.evidence)

@@ -18,6 +18,7 @@ from seatruth.diagnosis.hypotheses import HOPE, Key, Search, strays
 from seatruth.diagnosis.initial_guess import (
     forces_instead,
     from_equation_error,
+    likely_values,
     moved_to,
     started,
     stepped,
@@ -212,8 +213,7 @@ def fit_once(
     that of the search. So is one that comes where it must `stop`, and an earlier fit stands.
     """
     beside = f"{'with' if discrepancy else 'without'} discrepancy over {found.problem.settings.knots} knots"
-    library = len(found.problem.effects)
-    name = f"fit {'+'.join(key)} {beside} of {library} effects, attempt {attempt}"
+    name = f"fit {'+'.join(key)} {beside} of {found.library}, attempt {attempt}"
     settings = found.problem.settings
     name += f", in {settings.sections} sections" if settings.sections > 1 else ""
     name += "" if settings.near_orders else ", actuators anywhere at the start"
@@ -253,8 +253,7 @@ def _fit_forward(found: Search, key: Key, near: Fit) -> bool:
     got = found.fits.get((key, False))
     if got is None:
         start, got = _fit_bare(found, key, near, start)
-    if got is not None:
-        got = _from_likely_values(found, key, near, _from_other_starts(found, key, near, got))
+    got = _from_likely_values(found, key, near, got and _from_other_starts(found, key, near, got))
     if problem.discrepancy is None or found.bare:
         return False
     if got is not None and got.evidence > near.evidence - problem.settings.hopeless:
@@ -329,8 +328,8 @@ def _from_likely_values(found: Search, key: Key, near: Fit, got: Fit | None) -> 
     for name in (n for n in key if n not in near.effects):
         columns, mean = problem.columns[name], problem.mean[problem.columns[name]]
         plain = found.fits.get((near.effects, False), near)
-        for number, likely in enumerate(problem.effects[name].likely):
-            values = np.array([likely[q.name] for q in problem.effects[name].parameters])
+        # Where nothing was fitted from its null, only what the records themselves show is worth a fit.
+        for number, values in enumerate(likely_values(problem, name, shown=got is None)):
             away = math.inf if got is None else float(np.abs(got.point.shared[columns] - values).max())
             if away < _NEAR_LIKELY * float(np.abs(values - mean).max()):
                 continue

@@ -114,11 +114,28 @@ def _shown(problem: Problem, trial: Trial, states: Sequence[str]) -> dict[str, A
 
 
 def moved_to(problem: Problem, point: Point, name: str, values: Array) -> Point:
-    """The point with an effect's parameters at other values, as far as their bounds allow."""
-    shared = point.shared.copy()
+    """The point with an effect's parameters at other values, as far as their bounds allow.
+
+    The state at the start to which it is added, if it is, moves the other way: what is recorded first stays met.
+    """
+    shared, initial = point.shared.copy(), point.initial
     columns = problem.columns[name]
     shared[columns] = np.clip(values, problem.low[columns], problem.high[columns])
-    return Point(shared, point.initial, point.forces)
+    state = problem.effects[name].start
+    if state in problem.initial_names:
+        initial = initial.copy()
+        initial[:, problem.initial_names.index(state)] -= (shared - point.shared)[columns].sum()
+    return Point(shared, initial, point.forces)
+
+
+def likely_values(problem: Problem, name: str, *, shown: bool = False) -> list[Array]:
+    """Values (n,) of an effect's parameters at which it likely stands if it acts, or, with `shown`, that records show.
+
+    The first of both are those that records show.
+    """
+    effect = problem.effects[name]
+    found = [*effect.gross_values(list(problem.trials)), *(() if shown else effect.likely)]
+    return [np.array([values.get(q.name, effect.null[q.name]) for q in effect.parameters]) for values in found]
 
 
 def without_effects(problem: Problem, point: Point, names: Sequence[str]) -> Point:
@@ -133,7 +150,8 @@ def forces_instead(problem: Problem, point: Point, names: Sequence[str]) -> Poin
 
     Where they only vanish, a long run that they held near its record strays or diverges.
     """
-    return compensated(problem, point, without_effects(problem, point, names).shared)
+    bare = without_effects(problem, point, names)
+    return Point(bare.shared, bare.initial, compensated(problem, point, bare.shared).forces)
 
 
 def started(problem: Problem, near: Fit, name: str, values: Array) -> Point:
@@ -150,7 +168,12 @@ def starting(problem: Problem, near: Fit) -> Callable[[str, Array], Point]:
     if not near.discrepancy:
         return lambda name, values: moved_to(problem, point, name, values)
     instead = compensating(problem, point)
-    return lambda name, values: instead(moved_to(problem, point, name, values).shared)
+
+    def begin(name: str, values: Array) -> Point:
+        moved = moved_to(problem, point, name, values)
+        return Point(moved.shared, moved.initial, instead(moved.shared).forces)
+
+    return begin
 
 
 def stepped(problem: Problem, likelihood: Likelihood, sizes: Sizes, key: Sequence[str], start: Point) -> Point:

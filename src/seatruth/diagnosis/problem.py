@@ -29,6 +29,7 @@ from seatruth.diagnosis.discrepancy.model import (
     with_moved_forces,
 )
 from seatruth.diagnosis.few_runs import FewRuns
+from seatruth.diagnosis.prior_widths import prior_deviations
 from seatruth.diagnosis.sections import in_sections, knots_of_section
 from seatruth.diagnosis.servo_starts import begun_under_way, near_orders
 from seatruth.diagnosis.settings import Settings
@@ -121,10 +122,8 @@ class Problem:
         self.space = ParameterSpace(self._parameters())
         self._lay_out()
         self.mean = np.array([q.prior.mean if q.prior else q.value for q in self.unknowns])
-        self.sd = np.array([q.prior.sd if q.prior else 1.0 for q in self.unknowns])
-        for name, effect in self.effects.items():
-            magnitudes = [k for k, q in zip(self.columns[name], effect.parameters) if q.name not in effect.shape_priors]
-            self.sd[magnitudes] *= settings.prior_width**effect.power
+        stated = np.array([q.prior.sd if q.prior else 1.0 for q in self.unknowns])
+        self.believed_sd, self.sd = prior_deviations(stated, self.effects, self.columns, settings)
         own = self.effects.items()
         self.prior_correlation = {name: effect.correlation for name, effect in own if isinstance(effect, EachTrial)}
         low_high = [(q.min, q.max) for q in self.unknowns]

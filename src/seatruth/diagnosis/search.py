@@ -19,9 +19,10 @@ from seatruth.diagnosis.choice import WITHOUT, additions, as_alone, may_matter, 
 from seatruth.diagnosis.directions import fit_along_waves, fit_directions
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.forces_beside import forces_wanted, may_do_without
+from seatruth.diagnosis.gross_sizes import with_gross_sizes
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search, comparable, strays
 from seatruth.diagnosis.hypothesis_fits import ensure, fit_both, fit_null, fit_once
-from seatruth.diagnosis.initial_guess import forces_instead, in_each_trial
+from seatruth.diagnosis.initial_guess import forces_instead, in_each_trial, likely_values
 from seatruth.diagnosis.nesting import nest
 from seatruth.diagnosis.noise_sharing import share_noise
 from seatruth.diagnosis.other_faults import with_faults_of, with_other_faults
@@ -71,8 +72,16 @@ def search(
     cannot be fitted, or where no hypothesis can be simulated without discrepancy, and OutOfRuns where the runs do not
     suffice for the model alone.
     """
-    settings = problem.settings
     say = _rising(say)
+    begun = partial(_searched, say=say, store=store, workers=workers, widen=widen, may_cut=may_cut)
+    return with_gross_sizes(begun(problem), problem, begun)
+
+
+def _searched(
+    problem: Problem, say: Say, store: Checkpoint | None, workers: int, *, widen: bool, may_cut: bool
+) -> Search:
+    """As `search`, with priors as they are."""
+    settings = problem.settings
     expected = 2 + settings.singles + (settings.most_effects - 1) * settings.leaders * settings.additions
     say("the model alone", 0, expected)
     found = _begun(problem, Checkpoint(None, "") if store is None else store, say, expected, may_cut=may_cut)
@@ -231,7 +240,7 @@ def _fit_at_once(found: Search, names: Sequence[str], near: Fit, say: Say, expec
 
     def run(number: int, name: str) -> None:
         say(f"effect {name}", done + number + 1, expected)
-        if found.hopeful((name,)) or name in alone:
+        if found.hopeful((name,)) or name in alone or likely_values(found.problem, name, shown=True):
             fit_both(found, (name,), near)
 
     try:

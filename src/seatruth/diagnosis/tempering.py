@@ -251,8 +251,9 @@ def errors_beside_forces(
         >>> errors_beside_forces(evidence / 16.0, evidence, keys, [True] * 3, {"gyro_bias"}, 5.7, 1.0, 0.05).round(1)
         array([18.1, 28.2,  1.9])
     """
-    raised, places = found.copy(), dict[tuple[str, ...], int]()
+    raised, places, best = found.copy(), dict[tuple[str, ...], int](), dict[tuple[str, ...], float]()
     for place, (key, on) in enumerate(zip(keys, forces, strict=True)):
+        best[key] = max(float(evidence[place]), best.get(key, -math.inf))
         if on:
             places[key] = place
     for key, place in sorted(places.items(), key=lambda one: len(one[0])):
@@ -263,7 +264,7 @@ def errors_beside_forces(
                 continue
             if (name,) in places and evidence[places[name,]] > evidence[rest]:
                 continue
-            gain = float(evidence[place] - evidence[rest])
+            gain = float(evidence[place]) - best[keys[rest]]
             # What explains less than its part is behind it in full.
             counts = min(gain, 0.0) + max(0.0, gain - unseen) / (temperature + model_form * max(0.0, gain))
             raised[place] = max(raised[place], raised[rest] + counts)
@@ -278,6 +279,11 @@ def errors_beside_forces(
         ahead = evidence[rows][:, None] - evidence[less][None, :] - unseen
         least = np.where(ahead > 0.0, raised[less][None, :] + ahead / heat, -math.inf)
         raised[rows] = np.maximum(raised[rows], least.max(axis=1))
+    for place, (key, on) in enumerate(zip(keys, forces)):
+        # The same set without forces, which needs them not, is behind it by no more than its evidence.
+        if not on and key in places and above[places[key]]:
+            ahead_of_it = float(evidence[place] - evidence[places[key]])
+            raised[place] = max(raised[place], raised[places[key]] + ahead_of_it / (heat if ahead_of_it > 0.0 else 1.0))
     return raised
 
 

@@ -45,7 +45,7 @@ class RudderOffset(OnRudder):
     source = "[S] magnitude of the catalogue: 0.2 to 2 deg"
     confused_with: tuple[str, ...] = ("propeller_walk", "wind", "gyro_bias", "bank", "lateral_asymmetry")
     distinguished_by = "its force goes with u^2: vary the speed and the revolutions apart"
-    parameters = (Parameter("angle", 0.02, "rad", -0.2, 0.2, source="[S] 1.1 deg", description="added to delta"),)
+    parameters = (Parameter("angle", 0.02, "rad", -0.8, 0.8, source="[S] 1.1 deg", description="added to delta"),)
     null: Mapping[str, float] = {"angle": 0.0}
 
     @staticmethod
@@ -65,7 +65,7 @@ class RudderGain(OnRudder):
     equivalent: tuple[str, ...] = RUDDER_COEFFICIENTS
     confused_with: tuple[str, ...] = ("rudder_dead_band", "shallow_water", "cross_flow")
     distinguished_by = "never from the rudder's coefficients; a gain is the same at every amplitude and speed"
-    parameters = (Parameter("k", 0.85, "1", 0.3, 1.7, source="[S] 15 % off", description="factor on delta"),)
+    parameters = (Parameter("k", 0.85, "1", 0.0, 4.0, source="[S] 15 % off", description="factor on delta"),)
     null: Mapping[str, float] = {"k": 1.0}
 
     @staticmethod
@@ -84,7 +84,7 @@ class RudderLag(OnRudder):
     source = "[L] first-order steering gear; [S] magnitudes of the catalogue: 0.05 to 0.5 s, ships 1 to 3 s"
     confused_with: tuple[str, ...] = ("rudder_delay", "added_mass", "rudder_rate_limit", "sloshing")
     distinguished_by = "phase rises with frequency; a measured rudder angle settles it"
-    parameters = (Parameter("tau", 0.3, "s", 0.0, 10.0, source="[S] catalogue", description="time constant"),)
+    parameters = (Parameter("tau", 0.3, "s", 0.0, 60.0, source="[S] catalogue", description="time constant"),)
     null: Mapping[str, float] = {"tau": 0.0}
     typical_by_kind: ClassVar[Mapping[str, Mapping[str, float]]] = {"ship": {"tau": 2.0}, "planing": {"tau": 0.3}}
     froude: ClassVar[Mapping[str, float]] = {"tau": 0.5}
@@ -110,7 +110,7 @@ class RudderDelay(DeadTime, OnRudder):
     source = "[S] magnitude of the catalogue: 0.05 to 0.5 s"
     confused_with: tuple[str, ...] = ("rudder_lag", "heading_delay", "rate_delay", "added_mass")
     distinguished_by = "common to all outputs; the same at every amplitude"
-    parameters = (Parameter("tau", 0.3, "s", 0.0, 5.0, source="[S] catalogue", description="dead time"),)
+    parameters = (Parameter("tau", 0.3, "s", 0.0, 20.0, source="[S] catalogue", description="dead time"),)
     null: Mapping[str, float] = {"tau": 0.0}
     states = tuple(Channel(name, "rad", f"rudder through filter {name[1:]}") for pair in _PAIRS for name in pair)
     in_turn = _PAIRS
@@ -163,7 +163,7 @@ class RudderDeadBand(OnRudder):
     confused_with: tuple[str, ...] = ("rudder_backlash", "rudder_gain")
     distinguished_by = "small amplitudes lose most: a staircase of small angles"
     parameters = (
-        Parameter("band", 0.015, "rad", 0.0, 0.2, source="[S] 0.9 deg", description="half of the dead range"),
+        Parameter("band", 0.015, "rad", 0.0, 0.6, source="[S] 0.9 deg", description="half of the dead range"),
     )
     null: Mapping[str, float] = {"band": 0.0}
     starts = ({"band": 0.005}, {"band": 0.02})
@@ -184,7 +184,7 @@ class RudderBacklash(Filtered, OnRudder):
     source = "[S] magnitude of the catalogue: 0.2 to 2 deg"
     confused_with: tuple[str, ...] = ("rudder_dead_band", "rudder_delay", "rudder_lag")
     distinguished_by = "late by an angle, not by a time: slow and fast reversals"
-    parameters = (Parameter("slack", 0.015, "rad", 0.0, 0.2, source="[S] 0.9 deg", description="half of the play"),)
+    parameters = (Parameter("slack", 0.015, "rad", 0.0, 0.6, source="[S] 0.9 deg", description="half of the play"),)
     null: Mapping[str, float] = {"slack": 0.0}
     starts = ({"slack": 0.005}, {"slack": 0.02})
     states = (Channel("loose", "rad", "rudder with play"), Channel("tight", "rad", "rudder without it"))

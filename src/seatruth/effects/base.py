@@ -269,12 +269,8 @@ class Effect:
         ratio = 1.0 if size is None else min(1.0, size.length / FULL_SIZE)
         priors = {}
         for q in self.parameters:
-            if q.prior is not None:
-                priors[q.name] = q.prior
-                continue
-            null = self.null[q.name]
-            sd = kind.get(q.name, abs(q.value - null)) * ratio ** self.froude.get(q.name, 0.0)
-            priors[q.name] = Prior(null, sd)
+            sd = kind.get(q.name, abs(q.value - self.null[q.name])) * ratio ** self.froude.get(q.name, 0.0)
+            priors[q.name] = q.prior or Prior(self.null[q.name], sd)
         return priors
 
     def typical(self, model: Model) -> dict[str, float]:
@@ -304,6 +300,10 @@ class Effect:
             if q.name in self.froude
         }
         return [{name: value * scale.get(name, 1.0) for name, value in start.items()} for start in self.starts]
+
+    def gross_values(self, trials: Sequence[Trial]) -> list[dict[str, float]]:
+        """Values so far from null that records themselves show them: a fit starts there as from `likely` ones."""
+        return []
 
     def null_parameters(self) -> list[Parameter]:
         """Its parameters under their names in an extended model, at null and fixed; shapes keep their priors."""

@@ -48,7 +48,7 @@ class LinePull(Effect):
         """See `Effect.priors`; as large as the vehicle is heavy."""
         found, size = super().priors(model), dimensions_of(model)
         if size is not None:
-            found |= {name: Prior(0.0, _PART * size.mass * G) for name in self.null}
+            found |= {name: Prior(0.0, _PART * size.mass * G) for name in self.direction}
         return found
 
     @staticmethod

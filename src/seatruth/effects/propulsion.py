@@ -174,7 +174,7 @@ class ThrustGain(Effect):
     distinguished_by = "same coast-down: revolutions to zero at speed"
     needs_states = ("u",)
     needs_vehicle = ("thrust",)
-    parameters = (Parameter("k", -0.1, "1", -0.8, 0.8, source="[S] catalogue", description="relative change"),)
+    parameters = (Parameter("k", -0.1, "1", -0.9, 3.0, source="[S] catalogue", description="relative change"),)
     null: Mapping[str, float] = {"k": 0.0}
 
     def missing(self, model: Model) -> str:

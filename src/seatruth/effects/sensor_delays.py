@@ -12,7 +12,7 @@ from seatruth.models.first_slope import FirstSlope
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
 
-_TAU = Parameter("tau", 0.4, "s", 0.0, 5.0, source="[S] chosen here", description="delay")
+_TAU = Parameter("tau", 0.4, "s", 0.0, 20.0, source="[S] chosen here", description="delay")
 _SOURCE = "[S] magnitude of the catalogue: 0.05 to 1 s"
 
 

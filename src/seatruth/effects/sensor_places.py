@@ -117,7 +117,7 @@ class LogMisalignment(Effect):
     needs_outputs = ("u", "v")
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"u": LOG["u"], "v": LOG["v"]}
     parameters = (
-        Parameter("angle", 0.035, "rad", -0.8, 0.8, source="[S] chosen here", description="log turned to starboard"),
+        Parameter("angle", 0.035, "rad", -1.6, 1.6, source="[S] chosen here", description="log turned to starboard"),
     )
     null: Mapping[str, float] = {"angle": 0.0}
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 from seatruth.effects.base import Effect
 from seatruth.effects.filtered import Filtered, lag_time, lagged, slope_rates
 from seatruth.models.parameter import Parameter
 from seatruth.trials.channel import Channel
+from seatruth.trials.check.headings import heading_offset
+from seatruth.trials.trial import Trial
 
 LOG: Mapping[str, tuple[str, ...]] = {"u": ("u_w", "u"), "v": ("v_w", "v"), "w": ("w_w", "w")}
 """What a log shows: the speed through the water where a trial has it, else the one that the model has."""
@@ -31,7 +33,7 @@ class SpeedScale(Effect):
     )
     needs_outputs = ("u",)
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"u": LOG["u"]}
-    parameters = (Parameter("k", 0.03, "1", -0.3, 0.3, source="[S] chosen here", description="relative error"),)
+    parameters = (Parameter("k", 0.03, "1", -0.9, 3.0, source="[S] chosen here", description="relative error"),)
     null: Mapping[str, float] = {"k": 0.0}
 
     @staticmethod
@@ -53,7 +55,7 @@ class SpeedBias(Effect):
     distinguished_by = "turns with the vehicle, a current does not: reciprocal course; vary the speed against a scale"
     needs_outputs = ("u",)
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"u": LOG["u"]}
-    parameters = (Parameter("b", 0.05, "m/s", -1.0, 1.0, source="[S] chosen here", description="added to u"),)
+    parameters = (Parameter("b", 0.05, "m/s", -5.0, 5.0, source="[S] chosen here", description="added to u"),)
     null: Mapping[str, float] = {"b": 0.0}
     froude: ClassVar[Mapping[str, float]] = {"b": 0.5}
 
@@ -76,7 +78,7 @@ class SwayBias(Effect):
     distinguished_by = "constant whatever the heading, the speed and the rate of turn"
     needs_outputs = ("v",)
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"v": LOG["v"]}
-    parameters = (Parameter("b", 0.05, "m/s", -1.0, 1.0, source="[S] chosen here", description="added to v"),)
+    parameters = (Parameter("b", 0.05, "m/s", -5.0, 5.0, source="[S] chosen here", description="added to v"),)
     null: Mapping[str, float] = {"b": 0.0}
     froude: ClassVar[Mapping[str, float]] = {"b": 0.5}
 
@@ -111,8 +113,14 @@ class HeadingBias(Effect):
     confused_with: tuple[str, ...] = ("current", "compass_deviation", "sway_bias", "log_misalignment")
     distinguished_by = "the error of the track turns with the heading: reciprocal and beam headings"
     needs_outputs = ("psi",)
-    parameters = (Parameter("b", 0.03, "rad", -0.3, 0.3, source="[S] chosen here", description="added to psi"),)
+    parameters = (Parameter("b", 0.03, "rad", -3.2, 3.2, source="[S] chosen here", description="added to psi"),)
     null: Mapping[str, float] = {"b": 0.0}
+    start: ClassVar[str] = "psi"
+
+    def gross_values(self, trials: Sequence[Trial]) -> list[dict[str, float]]:
+        """See `Effect.gross_values`: the angle from the heading to the track, since turned tracks are not linear."""
+        angle = heading_offset(trials) if self.start == "psi" else None
+        return [] if angle is None else [{"b": -angle}]
 
     @staticmethod
     def measured_outputs(y: Any, s: Any, i: Any, q: Any, e: Any) -> Any:
@@ -131,6 +139,7 @@ class PitchBias(HeadingBias):
     distinguished_by = "depth changes as the true pitch says; at two speeds, with orders that hold other pitch angles"
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"psi": ("theta",)}
     parameters = (HeadingBias.parameters[0].replace(description="added to theta"),)
+    start: ClassVar[str] = "theta"
 
 
 class RollBias(HeadingBias):
@@ -145,6 +154,7 @@ class RollBias(HeadingBias):
     distinguished_by = "a real heel turns the vehicle, or pushes it aside; does not change with speed and thrust"
     aliases: ClassVar[Mapping[str, tuple[str, ...]]] = {"psi": ("phi",)}
     parameters = (HeadingBias.parameters[0].replace(description="added to phi"),)
+    start: ClassVar[str] = "phi"
 
 
 class CompassDeviation(Effect):
@@ -161,8 +171,8 @@ class CompassDeviation(Effect):
     distinguished_by = "once in a turn: a full circle; against a current, at two speeds"
     needs_outputs = ("psi",)
     parameters = (
-        Parameter("A", 0.03, "rad", -0.3, 0.3, source="[S] chosen here", description="by sin(psi)"),
-        Parameter("B", 0.03, "rad", -0.3, 0.3, source="[S] chosen here", description="by cos(psi)"),
+        Parameter("A", 0.03, "rad", -0.8, 0.8, source="[S] chosen here", description="by sin(psi)"),
+        Parameter("B", 0.03, "rad", -0.8, 0.8, source="[S] chosen here", description="by cos(psi)"),
     )
     null: Mapping[str, float] = {"A": 0.0, "B": 0.0}
 
@@ -184,7 +194,7 @@ class GyroBias(Effect):
     confused_with = ("rudder_offset", "propeller_walk")
     distinguished_by = "a real turn shows in the heading too"
     needs_outputs = ("r",)
-    parameters = (Parameter("b", 0.001, "rad/s", -0.05, 0.05, source="[S] 0.06 deg/s", description="added to r"),)
+    parameters = (Parameter("b", 0.001, "rad/s", -0.5, 0.5, source="[S] 0.06 deg/s", description="added to r"),)
     null: Mapping[str, float] = {"b": 0.0}
 
     @staticmethod
@@ -220,7 +230,7 @@ class GyroScale(Effect):
         "the heading does not show it: in turns to both sides it changes by less than the integral of the rate"
     )
     needs_outputs = ("r", "psi")
-    parameters = (Parameter("k", 0.03, "1", -0.3, 0.3, source="[S] chosen here", description="relative error"),)
+    parameters = (Parameter("k", 0.03, "1", -0.9, 3.0, source="[S] chosen here", description="relative error"),)
     null: Mapping[str, float] = {"k": 0.0}
 
     @staticmethod
@@ -253,7 +263,7 @@ class DepthBias(Effect):
     confused_with = ("depth_scale",)
     distinguished_by = "seen at the surface; with the depth at the start unknown it is part of that"
     needs_outputs = ("z",)
-    parameters = (Parameter("b", 0.2, "m", -5.0, 5.0, source="[S] chosen here", description="added to z"),)
+    parameters = (Parameter("b", 0.2, "m", -50.0, 50.0, source="[S] chosen here", description="added to z"),)
     null: Mapping[str, float] = {"b": 0.0}
     start: ClassVar[str] = "z"
 
@@ -275,7 +285,7 @@ class DepthScale(Effect):
     confused_with = ("depth_bias", "net_weight")
     distinguished_by = "two depths; pitch and planes do not show it"
     needs_outputs = ("z",)
-    parameters = (Parameter("k", 0.015, "1", -0.2, 0.2, source="[S] chosen here", description="relative error"),)
+    parameters = (Parameter("k", 0.015, "1", -0.9, 3.0, source="[S] chosen here", description="relative error"),)
     null: Mapping[str, float] = {"k": 0.0}
 
     @staticmethod
@@ -306,7 +316,7 @@ class DepthLag(Filtered):
     confused_with = ("depth_lever_arm", "plane_delay")
     distinguished_by = "depth alone is late, pitch is not"
     needs_outputs = ("z",)
-    parameters = (Parameter("tau", 0.5, "s", 0.0, 10.0, source="[S] catalogue", description="time constant"),)
+    parameters = (Parameter("tau", 0.5, "s", 0.0, 20.0, source="[S] catalogue", description="time constant"),)
     null: Mapping[str, float] = {"tau": 0.0}
     states = (
         Channel("fast", "m", "depth after the fastest filter"),

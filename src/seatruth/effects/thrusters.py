@@ -145,7 +145,7 @@ class ThrusterLag(OnThrusters):
     confused_with = ("thruster_rate_limit", "thruster_delay", "added_mass")
     distinguished_by = "phase rises with frequency; measured revolutions settle it"
     any_drive = True
-    parameters = (Parameter("tau", 0.3, "s", 0.0, 20.0, source="[S] chosen here", description="time constant"),)
+    parameters = (Parameter("tau", 0.3, "s", 0.0, 60.0, source="[S] chosen here", description="time constant"),)
     null: Mapping[str, float] = {"tau": 0.0}
 
     @staticmethod
@@ -171,7 +171,7 @@ class ThrusterDelay(DeadTime, OnThrusters):
     distinguished_by = "common to all outputs; the same at every amplitude"
     any_drive = True
     common_only = True
-    parameters = (Parameter("tau", 0.3, "s", 0.0, 5.0, source="[S] chosen here", description="dead time"),)
+    parameters = (Parameter("tau", 0.3, "s", 0.0, 20.0, source="[S] chosen here", description="dead time"),)
     null: Mapping[str, float] = {"tau": 0.0}
     states = tuple(Channel(name, "1", f"order through filter {name[1:]}") for pair in _PAIRS for name in pair)
     in_turn = _PAIRS

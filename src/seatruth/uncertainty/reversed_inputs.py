@@ -22,10 +22,11 @@ from seatruth.models.actuators import Entry, Thruster, entry
 from seatruth.models.base import Model
 from seatruth.text import listed
 from seatruth.trials.finding import Finding
+from seatruth.uncertainty.input_units import PITCH, input_units
 from seatruth.uncertainty.reversed_drives import AGREES, YAW, reversed_drives, turn_round
 from seatruth.uncertainty.short_runs import Change, ShortRuns, judged
 
-_RATES = {"yaw": YAW, "pitch": ("q", "theta")}
+_RATES = {"yaw": YAW, "pitch": PITCH}
 """The rate by which a turn is judged, and the angle whose change stands for it where it is not recorded."""
 _VERBS = {"yaw": "turns", "pitch": "pitches"}
 _OPPOSITE = 0.7
@@ -40,6 +41,8 @@ Way = tuple[str, str, Change]
 
 def reversed_inputs(study: EstimationProblem, x: Array | None = None, *, threads: int | None = None) -> list[Finding]:
     """A warning for each input that makes the model move as recorded only if it is turned round or exchanged.
+
+    Where there is none, for each kind of input that does only in another unit (`input_units`).
 
     Args:
         study: the study.
@@ -70,7 +73,7 @@ def reversed_inputs(study: EstimationProblem, x: Array | None = None, *, threads
         else:
             told = turns == "yaw" and bool(drives)
             found += [_opposite_finding(channel, turns, lowest)] if lowest < -_OPPOSITE and not told else []
-    return [*found, *drives]
+    return [*found, *drives] or input_units(runs)
 
 
 def _opposite_finding(channel: str, turns: str, now: float) -> Finding:

@@ -38,7 +38,7 @@ _SINCE_START = ("psi", "theta")
 """Angles, of which the change over a piece so far stands for the rate: noise hides it less than it hides a slope."""
 
 Change = Mapping[str, tuple[str, float]]
-"""For each input that is changed, the input whose record takes its place, and the sign of that."""
+"""For each input that is changed, the input whose record takes its place, and a factor on that: -1 turns it round."""
 
 
 class Missed(NamedTuple):
@@ -170,14 +170,14 @@ def _diverges(simulated: Array) -> bool:
 
 
 def _changed(trial: Trial, change: Change, resting: Mapping[str, float]) -> Trial:
-    """The trial with inputs exchanged, or turned round about the value at which they rest."""
+    """The trial with inputs exchanged, turned round or made larger about the value at which they rest."""
     inputs = {
-        name: trial.inputs[source] if sign > 0.0 else _turned(trial.inputs[source], resting.get(source, 0.0))
-        for name, (source, sign) in change.items()
+        name: trial.inputs[source] if factor == 1.0 else _moved(trial.inputs[source], resting.get(source, 0.0), factor)
+        for name, (source, factor) in change.items()
         if source in trial.inputs
     }
     return replace(trial, inputs={**trial.inputs, **inputs})
 
 
-def _turned(values: Array, rest: float) -> Array:
-    return 2.0 * rest - values
+def _moved(values: Array, rest: float, factor: float) -> Array:
+    return rest + factor * (values - rest)

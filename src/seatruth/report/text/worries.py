@@ -33,7 +33,7 @@ _MOST_WEAK = 2
 _OWN_WORRY = (
     *("runs-stray", "initial-state-far", "exclusive-optima", "optimum-found-once", "better-optimum"),
     *("not-at-minimum", "coarse-steps", "posterior-short", "posterior-narrow"),
-    *("posterior-drifts", "residuals-of-rounding", "input-reversed", "beyond-noise", "step-in-gap"),
+    *("posterior-drifts", "residuals-of-rounding", "input-reversed", "input-unit", "beyond-noise", "step-in-gap"),
     "coefficient-far",
 )
 """Findings about the result rather than the data: each is said in full."""

@@ -10,7 +10,7 @@ import numpy as np
 from seatruth.trials.check import limits
 from seatruth.trials.check.ground_track import velocity_over_ground
 from seatruth.trials.check.helpers import at_all_times, degrees, has_channels, integral, make_finding, windows
-from seatruth.trials.check.positions import Complex
+from seatruth.trials.check.positions import Complex, displacements
 from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
 
@@ -46,6 +46,28 @@ def check_headings(trials: Sequence[Trial]) -> Iterator[Finding]:
         f"Add {off:.3g} (rad) to the `offset` of psi, or correct its declination; a number without a unit is in rad.",
         channel="psi",
     )
+
+
+def heading_offset(trials: Sequence[Trial]) -> float | None:
+    """Angle (rad) from psi to where vehicles move, the same all the time: by their speeds, or on straight runs.
+
+    What it is the offset of, psi, a log or the axes of the positions, it does not say. None where no angle holds for
+    all trials, or it is no larger than what a compass, or a drift, makes of it.
+    """
+    away = []
+    for trial in trials:
+        if has_channels(trial, "x", "y", "psi", "u"):
+            known = displacements(trial)
+            if known is not None:
+                away.append(known[1] * known[0].conj())
+        elif has_channels(trial, "psi") and (part := _straight(trial)) is not None:
+            away.append(part[0] * part[1].conj())
+    found = np.concatenate(away) if away else np.zeros(0, dtype=np.complex128)
+    total = complex(found.sum())
+    if found.size < limits.FEW_SAMPLES or abs(total) < _ALIKE * np.abs(found).sum():
+        return None
+    angle = float(np.angle(total))
+    return angle if abs(angle) > limits.HEADING_APART else None
 
 
 def _straight(trial: Trial) -> tuple[Complex, Complex] | None:

@@ -46,6 +46,15 @@ class _Motion:
     seconds: Array
 
 
+def displacements(trial: Trial) -> tuple[Complex, Complex] | None:
+    """Displacements (m,) over windows, north + i east in m, by speeds and heading and as measured; None without any."""
+    w = _windows(trial)
+    if w is None:
+        return None
+    motion = _motion(trial, w)
+    return motion.expected, motion.measured
+
+
 def check_positions(trial: Trial) -> Iterator[Finding]:
     """x and y against u, v and psi."""
     if has_channels(trial, "x", "y", "psi") and not has_channels(trial, "u"):
