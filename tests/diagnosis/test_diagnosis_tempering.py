@@ -228,15 +228,12 @@ def test_a_set_that_needs_no_forces_is_not_behind_itself_with_them() -> None:
     keys = [(), ("current",), ("current", "rudder_gain"), ("current", "rudder_gain"), ("current",)]
     on = [True, True, True, False, False]
     evidence = np.array([0.0, 306.0, 505.0, 520.0, -2428.0])
-    found = errors_beside_forces(
-        evidence / 28.0, evidence, keys, on, {"gyro_bias"}, 5.7, 1.0, 0.05, on_board={"rudder_gain"}, currents={"current"}
-    )
+    beside = {"on_board": {"rudder_gain"}, "currents": {"current"}}
+    found = errors_beside_forces(evidence / 28.0, evidence, keys, on, {"gyro_bias"}, 5.7, 1.0, 0.05, **beside)
     assert found[2] > found[1] + 10.0
     assert found[3] > found[2]
     assert found[4] == evidence[4] / 28.0, "far behind it keeps its own"
     near = evidence.copy()
     near[3] = 503.0  # two nats less than with forces
-    found = errors_beside_forces(
-        near / 28.0, near, keys, on, {"gyro_bias"}, 5.7, 1.0, 0.05, on_board={"rudder_gain"}, currents={"current"}
-    )
+    found = errors_beside_forces(near / 28.0, near, keys, on, {"gyro_bias"}, 5.7, 1.0, 0.05, **beside)
     assert found[3] == pytest.approx(found[2] - 2.0)

@@ -6,7 +6,6 @@ import functools
 import math
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 import seatruth.sample
@@ -25,7 +24,9 @@ def sample() -> Study:
 
 def with_input(name: str, factor: float) -> Study:
     trials = [
-        replace(trial, inputs={**trial.inputs, name: factor * trial.inputs[name]}, steps=()) for trial in sample().trials
+        replace(trial, inputs={**trial.inputs, name: factor * values}, steps=())
+        for trial in sample().trials
+        for values in (trial.inputs[name],)
     ]
     return sample().replace(trials=Trials(trials), holdout=Trials([]))
 

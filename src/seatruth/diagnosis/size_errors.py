@@ -58,7 +58,8 @@ def sizes_of(problem: Problem, fit: Fit, name: str, *, lacking: bool = False) ->
         systematic = part * abs(value - null) if q.name in effect.magnitudes else 0.0
         error = math.hypot(errors[k], systematic)
         ends = value - 1.96 * error, value + 1.96 * error
-        found.append(EffectParameter(q.name, q.unit, value, error, *ends, null, float(problem.believed_sd[k]), systematic))
+        believed = float(problem.believed_sd[k])
+        found.append(EffectParameter(q.name, q.unit, value, error, *ends, null, believed, systematic))
     return tuple(found)
 
 
