@@ -59,7 +59,7 @@ class Settings:
     (Lindley's paradox), one of thin tails strong ones: a log with a bias of five deviations would lose twelve nats to a
     scale error that is none. [S]"""
     wider: tuple[tuple[str, float], ...] = ()
-    """Effects with a wider prior than is believed, and its deviation over that one; a search sets it (`gross_sizes`)."""
+    """Effects with a wider prior than is believed, and its deviation over that; a search sets it (`gross_sizes.py`)."""
     fit_steps: int = 30
     """Most Gauss-Newton steps of one fit. [S] Four to eight are usual."""
     settled: float = 0.05
