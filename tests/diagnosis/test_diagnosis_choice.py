@@ -32,7 +32,7 @@ def test_what_explains_most_without_forces_is_fitted_with_them(monkeypatch: pyte
     without = {(): 0.0, ("wave_drift",): 2300.0, ("wind",): 3700.0, ("current",): 300.0, ("rudder_lag",): 50.0}
     fits: Any = {(k, False): SimpleNamespace(effects=k, evidence=v, discrepancy=False) for k, v in without.items()}
     fits[("gyro_bias",), True] = SimpleNamespace(effects=("gyro_bias",), evidence=9000.0, discrepancy=True)
-    problem: Any = SimpleNamespace(effects=available(), settings=Settings(singles=1))
+    problem: Any = SimpleNamespace(effects=available(), settings=Settings(singles=1), trials=[])
     known: Any = None
     found = Search(problem, known, fits=fits)
     assert found.explaining(2) == ["wind", "wave_drift"]

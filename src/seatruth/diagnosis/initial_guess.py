@@ -122,7 +122,7 @@ def moved_to(problem: Problem, point: Point, name: str, values: Array) -> Point:
     columns = problem.columns[name]
     shared[columns] = np.clip(values, problem.low[columns], problem.high[columns])
     state = problem.effects[name].start
-    if state in problem.initial_names:
+    if state and state in problem.initial_names:
         initial = initial.copy()
         initial[:, problem.initial_names.index(state)] -= (shared - point.shared)[columns].sum()
     return Point(shared, initial, point.forces)
