@@ -13,6 +13,8 @@ import pytest
 from seatruth.diagnosis.initial_guess import (
     forces_instead,
     from_equation_error,
+    in_all_trials,
+    in_each_trial,
     likely_values,
     moved_to,
     started,
@@ -138,3 +140,19 @@ def test_a_heading_far_off_is_likely_where_its_track_says(pushed: list[Trial]) -
         found = [values[0] for values in likely_values(problem, "heading_bias", shown=True)]
         assert found == pytest.approx(expected, abs=0.1)
         assert likely_values(problem, "current") == []
+
+
+def test_values_of_each_trial_and_back_keep_their_mean_and_their_first_samples(pushed: list[Trial]) -> None:
+    runs = [dataclasses.replace(run, name=f"run_{k}") for run in pushed for k in range(3)]
+    names = [run.name for run in runs]
+    own = [effect.of_trials(names) for effect in load_effects(["heading_bias", "trial_heading_bias"])]
+    problem = Problem(boat.study(boat.Boat(), runs), own, Settings(knots=5))
+    psi = problem.initial_names.index("psi")
+    off = moved_to(problem, problem.start, "trial_heading_bias", np.array([0.0, 0.3, -0.6]))
+    assert (problem.start.initial - off.initial)[:, psi] == pytest.approx([0.0, 0.3, -0.6])
+    same = in_all_trials(problem, off, "trial_heading_bias", "heading_bias")
+    assert same.shared[problem.columns["heading_bias"]] == pytest.approx(-0.1)
+    assert (same.shared[problem.columns["trial_heading_bias"]] == 0.0).all()
+    assert (problem.start.initial - same.initial)[:, psi] == pytest.approx([-0.1] * 3)
+    back = in_each_trial(problem, same, "heading_bias", "trial_heading_bias")
+    assert back.shared[problem.columns["trial_heading_bias"]] == pytest.approx([-0.1] * 3)

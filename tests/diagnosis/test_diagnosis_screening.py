@@ -133,7 +133,7 @@ def test_winds_that_point_anywhere_are_asked_for_without_a_common_one(blows: boo
     known = noise_prior(problem)
     at = fit(problem, (), problem.start, first_sizes(problem, known), known, discrepancy=False)
     found = Search(problem, known, fits={((), False): at})
-    assert screening.weather_of_each_trial(found, at) == (["trial_wind"] if blows else [])
+    assert screening.own_in_each_trial(found, at) == (["trial_wind"] if blows else [])
 
 
 @pytest.mark.parametrize(("starts", "promised"), [(True, 21.0), (False, 15.0)])

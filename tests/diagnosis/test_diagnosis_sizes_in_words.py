@@ -120,3 +120,21 @@ def test_values_of_each_trial_are_given_as_their_range() -> None:
         size_in_words([of("lever", 0.2, "m"), of("north_a", 0.0), of("east_a", 2.0)])
         == "2 to 2 m/s towards 90 to 90 deg"
     )
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ((-0.03, 8.0, 0.01, 0.0), "b 8 deg in 'two', -0.03 to 0.01 deg in the others"),
+        ((1.0, 2.0, 3.0, 4.0), "b 1 to 4 deg"),
+        ((0.0, 8.0), "b 0 to 8 deg"),
+    ],
+)
+def test_a_trial_that_stands_apart_is_named(values: tuple[float, ...], words: str) -> None:
+    names = ("one", "two", "three", "four")[: len(values)]
+    effect = available()["trial_heading_bias"].of_trials(names)
+    found = tuple(
+        EffectParameter(f"b_{name}", "rad", math.radians(value), 1e-3, 0.0, 0.0, 0.0, 0.1)
+        for name, value in zip(names, values)
+    )
+    assert effect_in_words(effect, SHIP, found) == words

@@ -169,3 +169,15 @@ def test_parameters_carry_the_trial() -> None:
     own = available()["trial_current"].of_trials(["out", "back"])
     assert isinstance(own.parameters[0], Parameter)
     assert "trial out" in own.parameters[0].description
+
+
+@pytest.mark.parametrize(("name", "like"), [("trial_heading_bias", "heading_bias"), ("trial_gyro_bias", "gyro_bias")])
+def test_a_sensor_that_is_set_anew_has_an_offset_of_its_own_in_each_trial(name: str, like: str) -> None:
+    own, common = available()[name].of_trials(["out", "back"]), available()[like]
+    assert own.cause == common.cause
+    (out, back, other) = outputs(own, {f"{name}_b_out": 0.2}, ["out", "back", "other"])
+    (shown,) = outputs(common, {f"{like}_b": 0.2}, ["any"])
+    (none,) = outputs(common, {f"{like}_b": 0.0}, ["any"])
+    np.testing.assert_allclose(out, shown, atol=1e-12)
+    np.testing.assert_allclose(np.array([back, other]), np.array([none, none]), atol=1e-12)
+    assert own.start == common.start

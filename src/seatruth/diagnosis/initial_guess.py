@@ -121,10 +121,11 @@ def moved_to(problem: Problem, point: Point, name: str, values: Array) -> Point:
     shared, initial = point.shared.copy(), point.initial
     columns = problem.columns[name]
     shared[columns] = np.clip(values, problem.low[columns], problem.high[columns])
-    state = problem.effects[name].start
-    if state and state in problem.initial_names:
+    effect, change = problem.effects[name], (shared - point.shared)[columns]
+    if effect.start and effect.start in problem.initial_names:
+        own = [int(problem.model.number_of(trial.name)) for trial in problem.trials]
         initial = initial.copy()
-        initial[:, problem.initial_names.index(state)] -= (shared - point.shared)[columns].sum()
+        initial[:, problem.initial_names.index(effect.start)] -= change[own] if effect.each_trial else change.sum()
     return Point(shared, initial, point.forces)
 
 
@@ -195,6 +196,15 @@ def in_each_trial(problem: Problem, point: Point, name: str, own: str) -> Point:
         same = q.name if q.name in values else next(m for m in like.magnitudes if q.name.startswith(f"{m}_"))
         repeated.append(values[same])
     return moved_to(problem, without_effects(problem, point, [name]), own, np.array(repeated))
+
+
+def in_all_trials(problem: Problem, point: Point, own: str, name: str) -> Point:
+    """The point with the mean of each trial's own values of an effect in all trials, and those at their null."""
+    order, values = [q.name for q in problem.effects[own].parameters], point.shared[problem.columns[own]]
+    like = problem.effects[name]
+    same = {m: [k for k, q in enumerate(order) if q.startswith(f"{m}_")] for m in like.magnitudes}
+    means = [values[same.get(q.name) or [order.index(q.name)]].mean() for q in like.parameters]
+    return moved_to(problem, without_effects(problem, point, [own]), name, np.array(means))
 
 
 def _solved(problem: Problem, A: Array, target: Array, kept: Flags) -> Array:

@@ -15,12 +15,14 @@ from seatruth.diagnosis.hypotheses import HOPE, Key, Search
 from seatruth.diagnosis.hypothesis_fits import PARTS
 from seatruth.diagnosis.initial_guess import moved_to, started, starting
 from seatruth.diagnosis.marginal_likelihood import Likelihood
+from seatruth.diagnosis.posterior import SENSOR
 from seatruth.diagnosis.problem import Linearization, Point, Problem
 from seatruth.diagnosis.sensor_channels import sensor_channels
 from seatruth.diagnosis.size_search import with_shape
 from seatruth.diagnosis.sizes import Sizes, log_prior, proposed_shapes
 from seatruth.diagnosis.steps import linear_errors, objective
 from seatruth.diagnosis.wave_search import wave_starts
+from seatruth.effects.causes import is_within
 from seatruth.effects.each_trial import EachTrial
 
 _MAGNITUDES = (1.0, 2.5)
@@ -138,8 +140,8 @@ def _alone(found: Search, at: Fit, others: Sequence[str]) -> dict[str, float]:
     return promised
 
 
-def weather_of_each_trial(found: Search, at: Fit) -> list[str]:
-    """Currents and winds of their own in each trial whose linearized evidence is above that of all fits, highest first.
+def own_in_each_trial(found: Search, at: Fit) -> list[str]:
+    """Effects of their own size in each trial whose linearized evidence is above that of all fits, highest first.
 
     Values of their own follow whatever differs between trials. They are asked for alone where they explain more than
     anything that is the same in all: those of several days may point anywhere, and have no part in common. Of a ferry
@@ -150,12 +152,15 @@ def weather_of_each_trial(found: Search, at: Fit) -> list[str]:
     if not names:
         return []
     scores = _alone(found, at, names)
-    likelihood = Likelihood(problem, problem.linearize(at.point, (*at.effects, *names), discrepancy=at.discrepancy))
+    here = problem.linearize(at.point, (*at.effects, *names), discrepancy=at.discrepancy)
+    likelihood = Likelihood(problem, here)
     for sizes in [at.sizes.shrunk(part) for part in PARTS] if at.discrepancy else [at.sizes]:
-        prior = log_prior(problem.settings, sizes, found.known) - at.price
         for name in names:
-            value = likelihood.evidence(sizes, (*at.effects, name)) + prior
+            value = _judged(found, likelihood, here, sizes, (*at.effects, name)) - at.price
             scores[name] = max(scores.get(name, -math.inf), value)
+    for name in names if not at.effects else ():
+        if is_within(problem.effects[name].cause, SENSOR):  # what it explains by itself heats nothing beside it
+            found.screened[(name,), at.discrepancy] = scores[name]
     least = found.leader.evidence + problem.settings.worth_fitting
     return sorted((name for name in names if scores[name] > least), key=lambda name: -scores[name])
 

@@ -22,14 +22,14 @@ from seatruth.diagnosis.forces_beside import forces_wanted, may_do_without
 from seatruth.diagnosis.gross_sizes import with_gross_sizes
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search, comparable, strays
 from seatruth.diagnosis.hypothesis_fits import ensure, fit_both, fit_null, fit_once
-from seatruth.diagnosis.initial_guess import forces_instead, in_each_trial, likely_values
+from seatruth.diagnosis.initial_guess import forces_instead, in_all_trials, in_each_trial, likely_values
 from seatruth.diagnosis.nesting import nest
 from seatruth.diagnosis.noise_sharing import share_noise
 from seatruth.diagnosis.other_faults import with_faults_of, with_other_faults
 from seatruth.diagnosis.posterior import causes_in, hypotheses
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.refinement import refine
-from seatruth.diagnosis.screening import screen, waves_beside, weather_of_each_trial
+from seatruth.diagnosis.screening import own_in_each_trial, screen, waves_beside
 from seatruth.diagnosis.sections import RunsBend, most_sections
 from seatruth.diagnosis.sensors_beside import fit_sensor_errors
 from seatruth.diagnosis.siblings import fit_rivals, fit_siblings
@@ -194,8 +194,8 @@ def _fit_sets(found: Search, say: Say, expected: int, workers: int) -> None:
     for batch in (first[:1], first[1:]):
         _fit_at_once(found, batch, near, say, expected, workers)
     none: list[str] = []
-    weather = found.or_set_aside("weather of each trial", lambda: weather_of_each_trial(found, near), none)
-    for name in (*weather, *found.or_set_aside("waves", lambda: waves_beside(found, near), none)):
+    own = found.or_set_aside("sizes of each trial", lambda: own_in_each_trial(found, near), none)
+    for name in (*own, *found.or_set_aside("waves", lambda: waves_beside(found, near), none)):
         say(f"effect {name}", count, expected)
         fit_both(found, (name,), near)
     if not comparable(found):
@@ -275,23 +275,23 @@ def _with_direction(found: Search) -> list[Fit]:
 
 
 def _fit_each_trial(found: Search) -> None:
-    """Fits the leading sets with values for each trial in the place of effects that are the same in all.
+    """Fits the leading sets with values for each trial in the place of effects that are the same in all, and back.
 
     Only there: values of their own let an effect follow whatever differs between trials, and an environment is believed
-    to differ from trial to trial only where it is seen in all of them.
+    to differ from trial to trial only where it is seen in all of them. What was seen so beside another effect may be
+    the same in all: of a compass that was 8 deg off in one trial, the current was, once that had its own.
     """
     effects = found.problem.effects.items()
     alike = {effect.like.name: name for name, effect in effects if isinstance(effect, EachTrial)}
-    leaders = [fit.effects for fit in found.sets() if fit.effects and _leads(found, fit)]
-    for leader in leaders[: found.problem.settings.leaders]:
-        for name in leader:
-            if name not in alike or alike[name] in leader:
-                continue
-            key = tuple(sorted((*(n for n in leader if n != name), alike[name])))
-            for on in (False, True):
-                same = found.fits.get((leader, on))
-                if same is not None and not (on and found.bare):
-                    fit_once(found, key, on, in_each_trial(found.problem, same.point, name, alike[name]), same.sizes)
+    for names, begin in ((alike, in_each_trial), ({own: name for name, own in alike.items()}, in_all_trials)):
+        leaders = [fit.effects for fit in found.sets() if fit.effects and _leads(found, fit)]
+        for leader in leaders[: found.problem.settings.leaders]:
+            for name in (one for one in leader if names.get(one, one) not in leader):
+                key = tuple(sorted((*(n for n in leader if n != name), names[name])))
+                for on in (False, True):
+                    same = found.fits.get((leader, on))
+                    if same is not None and not (on and found.problem.few_runs is not None):
+                        fit_once(found, key, on, begin(found.problem, same.point, name, names[name]), same.sizes)
 
 
 def _fit_alike(found: Search, turn: int) -> None:

@@ -1,4 +1,4 @@
-"""Effects that have another size in each trial: a current or a wind that is not the same on two days.
+"""Effects that have another size in each trial: a current that is not the same on two days, a gyro that is set anew.
 
 An effect of this kind repeats an effect that is the same in all trials (`like`). Each magnitude of that effect becomes
 one parameter for each trial of a study, with the same prior, so that the evidence pays for the freedom of each trial.
@@ -18,6 +18,7 @@ import numpy as np
 from seatruth.arrays import Array
 from seatruth.effects.base import Effect, Hook
 from seatruth.effects.environment import Current, CurrentAlong, as_drift
+from seatruth.effects.sensors import GyroBias, HeadingBias
 from seatruth.effects.weather import Wind
 from seatruth.errors import PluginError
 from seatruth.models.base import Model, record
@@ -33,7 +34,7 @@ _PLACES: Mapping[str, tuple[int, int]] = {
 
 
 _SHARED = (
-    *("number", "source", "kinds", "acts_on", "stochastic", "aliases", "power"),
+    *("number", "source", "kinds", "acts_on", "stochastic", "aliases", "power", "start"),
     *("needs_states", "needs_inputs", "needs_outputs", "needs_vehicle", "needs_parameters"),
 )
 """Attributes that an effect has in common with the one that it repeats."""
@@ -191,6 +192,34 @@ class TrialWind(EachTrial):
     equation = "as a steady wind, (north, east) of each trial"
     confused_with = ("wind", "wave_drift", "trial_current", "rudder_offset", "drag_increase")
     distinguished_by = "differs between trials of one course; each of them must turn to show its own"
+
+
+class TrialHeadingBias(EachTrial):
+    """A compass that is set, or a navigator that is aligned, anew before each trial."""
+
+    like = HeadingBias
+    name = "trial_heading_bias"
+    title = "heading bias of its own in each trial"
+    cause = HeadingBias.cause
+    equation = "as a heading bias, b of each trial"
+    confused_with = ("heading_bias", "trial_current", "compass_deviation")
+    distinguished_by = "the track turns with the heading: each trial on several courses"
+    alike = 0.5
+    """[S] What is set anew differs by as much as the mounting, which stays."""
+
+
+class TrialGyroBias(EachTrial):
+    """A rate gyro whose offset is another one each time that it is switched on."""
+
+    like = GyroBias
+    name = "trial_gyro_bias"
+    title = "yaw rate bias of its own in each trial"
+    cause = GyroBias.cause
+    equation = "as a yaw rate bias, b of each trial"
+    confused_with = ("gyro_bias", "rudder_offset")
+    distinguished_by = "a real turn shows in the heading too"
+    alike = 0.5
+    """[S] As for `TrialHeadingBias`."""
 
 
 def repeats(effect: Effect, name: str) -> bool:

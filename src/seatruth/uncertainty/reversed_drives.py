@@ -133,7 +133,12 @@ def _ways(model: Model, drives: Sequence[str], pairs: Pairs, yaws: bool) -> list
 def _mends(kind: Kind, now: _Tried, then: _Tried, free: bool) -> bool:
     """Whether a model moves as recorded in one way, and not as it is."""
     slower = now.speed is None or then.speed is None or then.speed.error <= max(now.speed.error, _FAR * now.speed.size)
-    nearer = now.speed is not None and then.speed is not None and then.speed.error < _NEAR * now.speed.error
+    # A log that is turned by a right angle shows no speed, and any drive that brakes comes nearer to that.
+    nearer = (
+        now.speed is not None
+        and then.speed is not None
+        and then.speed.error < min(_NEAR * now.speed.error, then.speed.size)
+    )
     if kind == "one":
         # A correlation says nothing on a straight course, where a drive that is turned round shows as a spin.
         turns = now.yaw is not None and then.yaw is not None and then.yaw.error < _NEAR * now.yaw.error
