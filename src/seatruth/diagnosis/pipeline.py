@@ -18,6 +18,7 @@ from seatruth.costs.sway_signs import turned_sway
 from seatruth.diagnosis.assembly import Assembly
 from seatruth.diagnosis.few_runs import expected_evaluations
 from seatruth.diagnosis.hypotheses import Search
+from seatruth.diagnosis.odd_trial import odd_trials
 from seatruth.diagnosis.preconditions import (
     require_trials,
     turned_round,
@@ -146,6 +147,9 @@ def diagnose(
         if problem.settings.sections > 1:
             findings.append(in_sections_finding(study.trials, problem.settings.sections))
         findings += _set_aside(found)
+        if not found.interrupted:
+            with _set_aside_where_it_fails("the comparison of each trial with the others", study, findings):
+                findings += odd_trials(found)
         findings += unseen(study, reasons)
         assembly = Assembly(study, found, seed)
         code, reason = "done", "everything was asked"
