@@ -35,8 +35,10 @@ def held_back(found: Search) -> dict[str, float]:
     stderr, factors = leader.stderr(problem), dict[str, float]()
     for name in beyond_belief(problem, leader, leader.effects):
         columns = magnitude_columns(problem.effects[name], problem.columns[name])
-        away = np.abs(leader.point.shared - problem.mean)[columns] / problem.sd[columns]
-        if (away * stderr[columns] / problem.sd[columns]).max(initial=0.0) > _PULL:
+        distance = np.abs(leader.point.shared - problem.mean)[columns]
+        far = (distance / problem.believed_sd[columns]).max(initial=0.0) > problem.settings.implausible
+        away = distance / problem.sd[columns]
+        if far and (away * stderr[columns] / problem.sd[columns]).max(initial=0.0) > _PULL:
             factors[name] = float(away.max()) / _TYPICAL
     return {name: factor for name, factor in factors.items() if factor > 1.0}
 
