@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections import Counter
 from typing import Any
@@ -121,6 +122,29 @@ def test_each_thruster_has_its_lever() -> None:
     assert levers == {"sway": {"bow": 1.0, "aft": 1.0}, "yaw": {"bow": 1.0, "aft": -0.5}}
     assert "(bow|bow| - 0.5 aft|aft|)" in texts(model, "r")
     assert "u^2 n" in texts(model, "u")
+
+
+class Jets(boat.Boat):
+    """Two jets under one order, and under one nozzle angle."""
+
+    name = "jets"
+    inputs = (Channel("delta", "rad"), Channel("n", "rev/s"))
+    port = Thruster("jet_port", "n", at=(-4.0, "-y_j", 0.0), towards=(1.0, 0.0, 0.0), full=50.0)
+    actuators = (port, dataclasses.replace(port, name="jet_starboard", at=(-4.0, "y_j", 0.0)))
+
+
+class OneSide(Jets):
+    """The starboard jet alone."""
+
+    name = "one_side"
+    actuators = Jets.actuators[1:]
+
+
+def test_two_jets_under_one_order_turn_no_hull() -> None:
+    """A nozzle 1.2 deg off was taken for a term in n|n| of the yaw equation, which pushes to one side."""
+    assert not any("n" in text.replace("|", " ").split() for text in texts(Jets(), "r"))
+    assert {"n", "n|n|"} <= texts(Jets(), "u")
+    assert {"n", "n|n|"} <= texts(OneSide(), "r"), "one beside the middle line does"
 
 
 def test_what_the_mirror_does_to_two_unknown_inputs_nobody_says() -> None:

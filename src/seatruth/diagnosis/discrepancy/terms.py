@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from seatruth.diagnosis.discrepancy.equations import DEPTHS, EQUATIONS, equations, motions, rests, vehicle
 from seatruth.effects.alike_drives import AXES, Kind, kinds_of_drives
 from seatruth.effects.undeclared_actuators import USUAL, steering_inputs
-from seatruth.models.actuators import Rudder
+from seatruth.models.actuators import Entry, Rudder, Thruster
 from seatruth.models.base import Model
 
 
@@ -216,16 +216,36 @@ def _mirrors(factors: tuple[tuple[str, str], ...], odd: Mapping[str, bool], labe
     return (sum(odd[name] for what, name in factors if what != "absolute") % 2 == 1) == _ODD[label]
 
 
+def _is_its_image(thrusters: Sequence[Thruster]) -> bool:
+    """Whether each of some thrusters has its mirror image among them."""
+
+    def turned(entry: Entry) -> Entry:
+        if not isinstance(entry, str):
+            return -entry
+        return entry[1:] if entry.startswith("-") else f"-{entry}"
+
+    return all(
+        any(
+            other.at == (one.at[0], turned(one.at[1]), one.at[2])
+            and other.towards == (one.towards[0], turned(one.towards[1]), one.towards[2])
+            for other in thrusters
+        )
+        for one in thrusters
+    )
+
+
 def _changes_sign(base: Model) -> dict[str, bool]:
     """Whether the mirror changes the sign of a motion or an input, as far as this is known."""
     found = {name: _ODD[label] for name, label in EQUATIONS.items() if label in _ODD}
     found |= dict.fromkeys(DEPTHS, False)
-    named = {actuator.input for actuator in base.actuators}
+    named, thrusters = {actuator.input for actuator in base.actuators}, dict[str, list[Thruster]]()
     for actuator in base.actuators:
         if isinstance(actuator, Rudder):
             found[actuator.input] = actuator.turns == "yaw"
-        elif actuator.at[1] == 0.0 and actuator.towards[1] == 0.0:
-            found[actuator.input] = False
+        else:
+            thrusters.setdefault(actuator.input, []).append(actuator)
+    # One on the middle line, or two jets under one order, are their own image.
+    found |= {name: False for name, one in thrusters.items() if _is_its_image(one)}
     for kind, turns in (("rudder", True), ("plane", False)):
         steering = steering_inputs(base, kind)
         # The mirror exchanges two rudders that stand side by side.
