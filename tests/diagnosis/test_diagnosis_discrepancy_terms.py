@@ -129,6 +129,7 @@ class Jets(boat.Boat):
 
     name = "jets"
     inputs = (Channel("delta", "rad"), Channel("n", "rev/s"))
+    parameters = (*boat.Boat.parameters, Parameter("y_j", 0.5, "m"))
     port = Thruster("jet_port", "n", at=(-4.0, "-y_j", 0.0), towards=(1.0, 0.0, 0.0), full=50.0)
     actuators = (port, dataclasses.replace(port, name="jet_starboard", at=(-4.0, "y_j", 0.0)))
 

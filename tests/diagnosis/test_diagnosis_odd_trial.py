@@ -54,8 +54,7 @@ def test_of_a_trial_that_goes_further_the_form_of_the_model_may_be_another(ship_
         )
         for run in runs
     ]
-    (finding,) = odd_trials(
-        search(small.problem(ship_folder, [*runs, dataclasses.replace(fading[1], name="run_3")], EFFECTS), small.silent)
-    )
+    runs.append(dataclasses.replace(fading[1], name="run_3"))
+    (finding,) = odd_trials(search(small.problem(ship_folder, runs, EFFECTS), small.silent))
     assert (finding.severity, finding.code) == ("warning", "odd-trial")
     assert "goes further than the others in delta" in finding.message
