@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -58,3 +59,16 @@ def test_revolutions_a_minute_are_told_and_usual_ones_are_not() -> None:
         inputs = {channel.name: np.full(len(t), factor * full) for channel in boat.inputs}
         trial = Trial("run", t, inputs, {"psi": 0.0 * t}, synthetic=True)
         assert len(input_range(Study("boat", boat, Trials([trial]), parameters=boat.parameters))) == count
+
+
+class TwoJets(Jet):
+    """Two drives under one order."""
+
+    name = "two_jets"
+    actuators = (Jet.actuators[0], dataclasses.replace(Jet.actuators[0], name="other"))
+
+
+def test_an_input_of_two_thrusters_is_told_once() -> None:
+    one = study(1.7)
+    found = input_range(Study("jets", TwoJets(), one.trials, parameters=Jet.parameters))
+    assert [finding.channel for finding in found] == ["pulse"]

@@ -9,7 +9,7 @@ import pytest
 import small_case as small
 
 from seatruth.diagnosis.decision import Decision
-from seatruth.diagnosis.headline import headline
+from seatruth.diagnosis.headline import closed_beside_terms, headline
 from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.parts import Fold, Shares, Validation
 from seatruth.diagnosis.search import search
@@ -81,3 +81,23 @@ def test_an_error_of_a_sensor_is_measured_in_its_own_channels_where_all_others_d
     assert "beside free terms" not in told(replace(UNPROVEN, lower=0.02), cause)
     rudder = replace(cause, effects=("rudder_offset",))
     assert "beside free terms" not in told(UNPROVEN, cause, rudder), "whole runs judge what moves the vehicle"
+
+
+def test_what_a_cause_closes_beside_free_terms_is_told_where_runs_stray() -> None:
+    """Errors of trials left out of a boat of another form, in a current: refit, effects, terms, both, noise."""
+
+    def folds(*both: float) -> Validation:
+        errors = ((7.2, 13.4, 9.3), (43.1, 76.2, 91.1), (117.2, 119.4, 8.2))
+        parts = [
+            Fold(str(k), ("current",), refit, effects, terms, left, 1.0, 0.2, 9.0)
+            for k, ((refit, effects, terms), left) in enumerate(zip(errors, both))
+        ]
+        return Validation(tuple(parts), -0.19, -1.7, 1.3, 0.31)
+
+    assert (
+        closed_beside_terms(folds(1.1, 8.9, 1.2)) == "Of what free terms in the equations leave there, it closes 92 %."
+    )
+    assert closed_beside_terms(folds(1.1, 8.9, 1.2), them=True).endswith("they close 92 %.")
+    assert closed_beside_terms(folds(8.9, 1.0, 8.0)) == "", "in one trial of three"
+    assert closed_beside_terms(folds(1.0, 95.0, 1.0)) == "", "in all it is less than half"
+    assert closed_beside_terms(folds(9.3, 91.1, 8.2)) == ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import Any
 
@@ -189,3 +190,23 @@ def test_a_diagnosis_tries_few_effects_on_each_of_many_thrusters() -> None:
     for effect in known.values():
         forms = effect.candidates(Twin())
         assert [form.name for form in forms] == [form.name for form in effect.variants(Twin())]
+
+
+class OneOrder(Twin):
+    """The same boat with one order for both thrusters."""
+
+    name = "one_order"
+    actuators = tuple(
+        dataclasses.replace(one, input="left") if isinstance(one, Thruster) else one for one in Twin.actuators
+    )
+
+
+def test_what_is_done_to_an_order_of_two_thrusters_is_done_once() -> None:
+    """A dead time of each jet under one order would be two, and neither jet has one of its own."""
+    effects = available()
+    for name in ("thruster_delay", "thruster_lag", "thruster_dead_band", "thruster_rate_limit"):
+        assert [target.input for target in targets(effects[name], OneOrder())] == ["left"], name
+        assert [form.name for form in effects[name].variants(OneOrder())] == [name]
+    assert targets(effects["thrusters_exchanged"], OneOrder()) == ()
+    weak = [form.name for form in effects["thruster_gain"].variants(OneOrder())]
+    assert weak == ["thruster_gain", "thruster_gain_left", "thruster_gain_right"]

@@ -210,6 +210,15 @@ def test_a_rate_per_minute_is_told_from_one_in_degrees(factor: float, advised: s
     assert [(f.channel, advised in f.do) for f in found] == [("r", True)]
 
 
+@pytest.mark.parametrize(("size", "advised"), [(60.0, "'deg/s'"), (DEG, "'rad/s'")])
+def test_a_rate_per_second_is_told_from_one_in_radians_where_a_minute_is_stated(size: float, advised: str) -> None:
+    """deg/s in a study that says deg/min is 60 times too small, rad/s in one that says deg/s 57 times."""
+    stated = {"r": "deg/min" if size == 60.0 else "deg/s", "psi": "deg"}
+    slow = altered(GOOD, {"r": lambda a: a / size}).with_step(Step("read", {"stated_units": stated}))
+    found = [f for f in check_trials([slow]) if f.code == "unit"]
+    assert [(f.channel, advised in f.do) for f in found] == [("r", True)]
+
+
 @pytest.mark.parametrize(
     ("stated", "channel", "do"),
     [

@@ -46,6 +46,10 @@ def test_a_right_log_raises_no_alarm() -> None:
         ({"x": np.negative, "y": np.negative}, "position-axes", "x", "x and y both"),
         ({"sog": lambda v: v / KNOTS}, "unit", "sog", "stand in kn"),
         ({"sog": lambda v: 3.6 * v}, "unit", "sog", "stand in km/h"),
+        ({"x": lambda x: 1e3 * x, "y": lambda y: 1e3 * y}, "unit", "x", "x and y stand in m, not in km"),
+        ({"x": lambda x: 1e-3 * x, "y": lambda y: 1e-3 * y}, "unit", "x", "x and y stand in km, not in m"),
+        ({"y": lambda y: 1e3 * y}, "unit", "y", "y stands in m, not in km"),
+        ({"x": lambda x: x / 0.3048, "y": lambda y: y / 0.3048}, "unit", "x", "x and y stand in ft, not in m"),
     ],
 )
 def test_axes_and_units_are_named(

@@ -269,8 +269,7 @@ def _gap(diagnosis: Diagnosis) -> Table:
         multiples = [_number(row.multiple[fit], 2) for fit in compared]
         rows.append([row.channel.name, row.channel.unit, *sizes, *multiples])
     heads = ["before", "refitted", "effects"][: len(compared)]
-    # A blank sets the second group of names apart from the first: each column has its own name.
-    columns = ["channel", "unit", "noise", *heads, "× noise", *(f"{head} " for head in heads[1:])]
+    columns = ["channel", "unit", "noise", *heads, *(f"{head} / noise" for head in heads)]
     return table(columns, rows, numbers=columns[2:])
 
 

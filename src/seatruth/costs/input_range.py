@@ -17,17 +17,18 @@ rated power. Chosen here [S]."""
 
 
 def input_range(problem: EstimationProblem) -> list[Finding]:
-    """A warning for each thruster whose input usually lies beyond full power, as the model states it.
+    """A warning for each input of thrusters that usually lies beyond full power, as the model states it.
 
     Args:
         problem: the study. Samples at rest, and pulses of 0 us of an output that is off, do not count.
     """
-    model, found = problem.model, []
+    model, found = problem.model, list[Finding]()
     resting = {} if isinstance(model, BlackBox) else resting_inputs(model) or {}
     units = {channel.name: channel.unit for channel in model.inputs}
     for one in model.actuators:
         parts = [trial.inputs[one.input] for trial in problem.trials if one.input in trial.inputs]
-        if not isinstance(one, Thruster) or not parts:
+        told = {finding.channel for finding in found}
+        if not isinstance(one, Thruster) or not parts or one.input in told:
             continue
         unit, rest = units[one.input], resting.get(one.input, 0.0)
         values = np.concatenate(parts)

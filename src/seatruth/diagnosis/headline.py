@@ -14,6 +14,7 @@ from seatruth.diagnosis.sensor_errors import closed_of_its_own, errors_of_sensor
 from seatruth.diagnosis.sentences import shrinks_surely, verdict_sentence
 from seatruth.diagnosis.sizes_in_words import effect_in_words
 from seatruth.diagnosis.verdict import EffectParameter, NamedCause
+from seatruth.diagnosis.withdrawals import MOST
 from seatruth.effects.causes import is_within
 from seatruth.models.base import Model
 
@@ -65,11 +66,17 @@ def headline(
 def _own_channels(
     search: Search, said: Decision, causes: Sequence[NamedCause], validation: Validation | None
 ) -> list[str]:
-    """What errors of sensors close in their own channels of trials left out, where over all that is not surely much."""
+    """What trials left out say for the causes, where over all channels the gap does not surely shrink.
+
+    Of errors of sensors, what they close in their own channels; of others, what they close beside free terms.
+    """
     problem, names = search.problem, [cause.effects[0] for cause in causes if not cause.small]
     alone = all(is_within(problem.effects[name].cause, SENSOR) for name in names)
-    if validation is None or shrinks_surely(validation) or not alone:
+    if validation is None or shrinks_surely(validation) or not names:
         return []
+    if not alone:
+        beside = closed_beside_terms(validation, them=len(names) > 1)
+        return [beside] if beside else []
     told = [
         closed_of_its_own(
             errors_of_sensor(search, name, said.shown), [problem.outputs[k] for k in sensor_channels(problem, name)]
@@ -77,3 +84,20 @@ def _own_channels(
         for name in names
     ]
     return [sentence for sentence in told if sentence]
+
+
+def closed_beside_terms(validation: Validation, *, them: bool = False) -> str:
+    """What effects close of what free terms leave of trials left out, where that is most in most trials; else empty.
+
+    Of a model of another form whole runs stray with the cause as without it, and where its coefficients made up for the
+    cause they stray further. Of a boat in a current of 0.30 m/s, which was found right, the gap grew by 19 %; beside
+    terms that stand for the form, which leave 8 to 90 deviations of the noise, the current left 1 to 2 in six of seven
+    trials.
+    """
+    missed = [max(0.0, fold.error_discrepancy - fold.error_noise) for fold in validation.folds]
+    closed = [fold.error_discrepancy - fold.error_both for fold in validation.folds]
+    most = sum(b > MOST * a > 0.0 for a, b in zip(missed, closed))
+    if not (2 * most > len(missed) and sum(closed) > MOST * sum(missed)):
+        return ""
+    part = 100.0 * min(1.0, sum(closed) / sum(missed))
+    return f"Of what free terms in the equations leave there, {'they close' if them else 'it closes'} {part:.0f} %."

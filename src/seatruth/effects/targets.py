@@ -6,9 +6,9 @@ inputs steer and drive it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from itertools import combinations
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from seatruth.effects.channel_aliases import ChannelAliases
 from seatruth.effects.undeclared_actuators import (
@@ -32,6 +32,8 @@ class ActsOnInputs(Protocol):
     which: tuple[str, ...]
     pairs: bool
     any_drive: bool
+    true_inputs: Callable[..., Any] | None
+    servo: Callable[..., Any] | None
 
     @property
     def needs_inputs(self) -> tuple[str, ...]:
@@ -85,8 +87,12 @@ def targets(effect: ActsOnInputs, model: Model) -> tuple[Target, ...]:
             rest, full = commands.get(name, (resting.get(name, 0.0), 1.0))
             inferred = model.standard_of(name)[0] not in usual
             found.append(Target(name, name, full, inferred=inferred, neutral=rest))
+    if effect.true_inputs is not None or effect.servo is not None:
+        # What is done to an order is done once, however many thrusters it drives.
+        found = list({target.input: target for target in reversed(found)}.values())[::-1]
     if effect.pairs:
-        pairs = [first._replace(other=second.thruster) for first, second in combinations(found, 2)]
+        both = [(first, second) for first, second in combinations(found, 2) if first.input != second.input]
+        pairs = [first._replace(other=second.thruster) for first, second in both]
         wanted = [thrusters.index(name) for name in effect.which]
         return tuple(pair for pair in pairs if not wanted or [pair.thruster, pair.other] == wanted)
     return tuple(target for target in found if not effect.which or target.name in effect.which)

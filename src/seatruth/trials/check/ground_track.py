@@ -41,6 +41,8 @@ _AXES: tuple[tuple[str, str, str, Callable[[Complex], Complex]], ...] = (
     ("x and y both count the other way.", "Set sign = -1 for both.", "x", lambda z: np.asarray(-z)),
 )
 
+_LENGTHS = ((1e-3, "m", "km"), (1e3, "km", "m"), (0.3048, "ft", "m"), (1.0 / 0.3048, "m", "ft"))
+"""Factor on a length in m that is in the first unit, and was read in the second."""
 _VELOCITIES = (("sog", "cog"), ("v_n", "v_e"))
 
 _HEADINGS: tuple[tuple[str, str, Callable[[Array], Array]], ...] = (
@@ -131,9 +133,23 @@ def _track(trial: Trial, names: tuple[str, str]) -> Iterator[Finding]:
             left, do = apart(moved, factor * expected), f"State unit = '{unit}' for {names[0]}."
             text = message(left, f"{said} stand in {unit}.")
             options.append((left, make_finding(trial, "error", "unit", text, do, channel=names[0])))
+    for factor, unit, stated in _LENGTHS:
+        for channel, undo in _in_length(factor):
+            left = rms(np.abs(undo(moved) - expected)) / rms(np.abs(undo(moved)))
+            verb = "stand" if channel == "x and y" else "stands"
+            text = message(left, f"{channel} {verb} in {unit}, not in {stated}.")
+            do = f"State unit = '{unit}' for {channel}."
+            options.append((left, make_finding(trial, "error", "unit", text, do, channel=channel[0])))
     best, found = min(options, key=lambda option: option[0])
     if best <= limits.EXPLAINED * mismatch:
         yield found
+
+
+def _in_length(factor: float) -> Iterator[tuple[str, Callable[[Complex], Complex]]]:
+    """The positions that may stand in another unit, and displacements with these so many times as long."""
+    yield "x and y", lambda z: np.asarray(factor * z)
+    yield "x", lambda z: np.asarray(factor * z.real + 1j * z.imag)
+    yield "y", lambda z: np.asarray(z.real + 1j * factor * z.imag)
 
 
 def _heading(trial: Trial, names: tuple[str, str]) -> Iterator[Finding]:

@@ -130,6 +130,17 @@ def _angle_against_rate(trial: Trial, angle: str, rate: str) -> Iterator[Finding
             channel=rate,
         )
         return
+    by_second = stated_unit(trial, rate).endswith("/min") and abs(size * _PER_MINUTE - 1.0) < _NEARLY
+    if by_second and abs(size * _PER_MINUTE - 1.0) < abs(size / _DEGREES - 1.0):
+        yield make_finding(
+            trial,
+            "error",
+            "unit",
+            f"Changes of {angle} are {size:.3g} times the integral of {rate}: {rate} is per second.",
+            f"State unit = 'deg/s' for {rate}.",
+            channel=rate,
+        )
+        return
     for factor, text, other in ((_DEGREES, angle, rate), (1.0 / _DEGREES, rate, angle)):
         if abs(size / factor - 1.0) < _NEARLY:
             unit, other_unit = ("deg", "rad/s") if text == angle else ("deg/s", "rad")
