@@ -41,6 +41,21 @@ def test_none_is_where_all_share_what_acts(
         assert odd_trials(search(small.problem(ship_folder, runs, EFFECTS), small.silent)) == []
 
 
+def test_an_interrupt_keeps_what_the_search_reached(
+    ship_folder: Path, plain_runs: list[Trial], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = search(small.problem(ship_folder, [turned(plain_runs[0], 3.0), *plain_runs[1:]], EFFECTS), small.silent)
+
+    def interrupted(*_: object) -> bool:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("seatruth.diagnosis.odd_trial._explained", interrupted)
+    told = list[str]()
+    assert odd_trials(found, lambda text, done, total: told.append(text)) == []
+    assert found.interrupted
+    assert told == ["which trial the others do not need", "the others without run_0"]
+
+
 def test_of_a_trial_that_goes_further_the_form_of_the_model_may_be_another(ship_folder: Path) -> None:
     """A rudder that fades with its angle, which is large in one trial alone."""
     (ship_folder / "fade.py").write_text(small.FADE)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -43,23 +43,34 @@ _LITTLE = math.log(0.003)
 """Log size of forces, over the usual ones, from which those beside a fit without any are sought. [S]"""
 
 
-def odd_trials(found: Search) -> list[Finding]:
+def odd_trials(found: Search, say: Callable[[str, int, int], None] = lambda *_: None) -> list[Finding]:
     """A finding on the trial without which what is common to the others explains them, if there is one.
 
     An error where it does what the others do as well, and a warning where it goes further than they do: there a model
-    of another form is as likely.
+    of another form is as likely. `say` gets what is done next, how much is done, and how much is expected. An interrupt
+    ends the search as it is.
     """
+    try:
+        return _odd_trials(found, say)
+    except KeyboardInterrupt:
+        found.interrupted = True
+        return []
+
+
+def _odd_trials(found: Search, say: Callable[[str, int, int], None]) -> list[Finding]:
     problem, leader = found.problem, found.leader
     groups = left_out_together(problem.trials)
     if len(groups) < _FEWEST or problem.few_runs is not None or not leader.discrepancy:
         return []
+    say("which trial the others do not need", 0, 1 + _TRIED)
     promising = sorted(_promising(found, groups), key=lambda one: one[0])
     if not promising:
         return []
     least, _, group = promising[0]
     keys = [key for far, key, other in promising if other is group and far < _AS_NEAR * least]
     others = [k for k in range(len(problem.trials)) if k not in group]
-    for key in sorted(keys, key=len)[:_TRIED]:
+    for done, key in enumerate(sorted(keys, key=len)[:_TRIED]):
+        say(f"the others without {problem.trials[group[0]].name}", 1 + done, 1 + _TRIED)
         try:
             explained = _explained(found, key, others)
         except np.linalg.LinAlgError:
@@ -100,6 +111,8 @@ def _explained(found: Search, key: Key, others: Sequence[int]) -> bool:
     names = {whole_name(whole.trials[k].name) for k in others}
     study = whole.study.replace(trials=Trials([trial for trial in whole.study.trials if trial.name in names]))
     problem = Problem(study, [whole.effects[name] for name in key], whole.settings, threads=whole.threads)
+    if [trial.name for trial in problem.trials] != [whole.trials[k].name for k in others]:
+        return False  # cut into other sections, without the longest one
     values, before = whole.named(found.fits[key, False].point), found.fits[key, False]
     shared = np.array([values[unknown.name] for unknown in problem.unknowns])
     start = Point(shared, before.point.initial[list(others)], np.zeros_like(problem.start.forces))

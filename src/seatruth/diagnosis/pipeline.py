@@ -149,7 +149,7 @@ def diagnose(
         findings += _set_aside(found)
         if not found.interrupted:
             with _set_aside_where_it_fails("the comparison of each trial with the others", study, findings):
-                findings += odd_trials(found)
+                findings += odd_trials(found, say("Trials against each other"))
         findings += unseen(study, reasons)
         assembly = Assembly(study, found, seed)
         code, reason = "done", "everything was asked"
