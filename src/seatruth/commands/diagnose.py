@@ -269,7 +269,7 @@ def _gap(diagnosis: Diagnosis) -> Table:
         multiples = [_number(row.multiple[fit], 2) for fit in compared]
         rows.append([row.channel.name, row.channel.unit, *sizes, *multiples])
     heads = ["before", "refitted", "effects"][: len(compared)]
-    columns = ["channel", "unit", "noise", *heads, *(f"{head} / noise" for head in heads)]
+    columns = ["channel", "unit", "noise", *heads, *(f"× {head}" for head in heads)]  # multiples of the noise
     return table(columns, rows, numbers=columns[2:])
 
 
