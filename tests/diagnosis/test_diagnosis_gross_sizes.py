@@ -45,13 +45,13 @@ def test_a_prior_that_moves_a_size_within_its_error_stays(ship_folder: Path, off
     assert found.leader.effects == ("rudder_offset",)
     assert held_back(found) == {}
     assert found.problem is problem
-    # Ten times as sure of the usual size the same offset is beyond belief, and known far better than by its prior.
+    # Forty times as sure of the usual size, that prior holds the same offset back.
     columns = problem.columns["rudder_offset"]
-    problem.sd[columns] /= 40.0
-    problem.believed_sd[columns] /= 40.0
+    size, error = found.leader.point.shared[columns[0]], found.leader.stderr(problem)[columns[0]]
+    problem.sd[columns] = problem.believed_sd[columns] = 1.05 * error
     (factor,) = held_back(found).values()
-    away = abs(found.leader.point.shared[columns[0]]) / problem.sd[columns[0]]
-    assert factor == pytest.approx(away / 2.0)
+    alone = size / (1.0 - 1.0 / 1.05**2)
+    assert factor == pytest.approx(min(64.0, alone / (1.05 * error) / 2.0))
 
 
 class _Found:
