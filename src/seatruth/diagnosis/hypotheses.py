@@ -63,7 +63,7 @@ class Search:
     """Whether it was the budget of evaluations that ended it."""
 
     @property
-    def library(self) -> str:
+    def scope(self) -> str:
         """The effects that take part, as what is stored goes by: how many, and whose priors are wider."""
         wider = self.problem.settings.wider
         return f"{len(self.problem.effects)} effects{f', wider {wider}' if wider else ''}"

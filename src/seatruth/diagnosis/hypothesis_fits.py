@@ -213,7 +213,7 @@ def fit_once(
     that of the search. So is one that comes where it must `stop`, and an earlier fit stands.
     """
     beside = f"{'with' if discrepancy else 'without'} discrepancy over {found.problem.settings.knots} knots"
-    name = f"fit {'+'.join(key)} {beside} of {found.library}, attempt {attempt}"
+    name = f"fit {'+'.join(key)} {beside} of {found.scope}, attempt {attempt}"
     settings = found.problem.settings
     name += f", in {settings.sections} sections" if settings.sections > 1 else ""
     name += "" if settings.near_orders else ", actuators anywhere at the start"

@@ -45,7 +45,7 @@ def screen(found: Search, at: Fit) -> list[str]:
     problem, settings = found.problem, found.problem.settings
     others = [name for name, effect in problem.effects.items() if name not in at.effects and not effect.each_trial]
     how = "with" if at.discrepancy else "without"
-    beside_it = f"{found.library} beside {'+'.join(at.effects)}"
+    beside_it = f"{found.scope} beside {'+'.join(at.effects)}"
     name = f"screen {how} discrepancy over {settings.knots} knots, {beside_it}"
     stored = found.store.get(name)
     if stored is not None:
