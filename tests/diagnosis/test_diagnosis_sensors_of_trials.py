@@ -9,7 +9,10 @@ from pathlib import Path
 import pytest
 import small_case as small
 
+from seatruth.diagnosis.assembly import Assembly
+from seatruth.diagnosis.clusters import Cluster
 from seatruth.diagnosis.pipeline import diagnose
+from seatruth.diagnosis.search import search
 from seatruth.trials.trial import Trial
 
 OFF = math.radians(0.5)
@@ -40,3 +43,13 @@ def test_an_offset_in_all_trials_stays_one(ship_folder: Path) -> None:
     runs = small.trials(ship_folder, {"gyro_bias_b": OFF}, specs=["gyro_bias"])
     found = diagnose(small.study(ship_folder, runs), EFFECTS, threads=1, suggest=False, validate=False)
     assert [cause.effects[0] for cause in found.verdict.causes] == ["gyro_bias"]
+
+
+def test_a_gyro_that_may_differ_from_trial_to_trial_keeps_its_name(ship_folder: Path, runs: list[Trial]) -> None:
+    """The node of the tree above both is "an offset or a scale error of a gyro", which says less."""
+    found = search(small.problem(ship_folder, runs, EFFECTS), small.silent)
+    assembly = Assembly(found.problem.study, found, 1)
+    both = Cluster(("trial_gyro_bias", "gyro_bias"), "sensor.bias_or_scale.rate", 0.9, ("trial_gyro_bias",))
+    assert assembly._named(both).title == "yaw rate bias"
+    other = Cluster(("trial_gyro_bias", "rudder_offset"), "", 0.9, ("trial_gyro_bias",))
+    assert assembly._named(other).title == "one of several causes"

@@ -93,6 +93,14 @@ def test_effects_that_cannot_be_told_apart_are_named_at_their_common_node() -> N
     assert "which these trials cannot tell apart, and a uniform current of" in said("inseparable", FORCE, CURRENT)
     alone = cause_in_words(replace(FORCE, effects=("trial_wind", "wind")))
     assert alone == "a steady force fixed to the earth, towards 323 +- 8 deg, which may differ from trial to trial"
+    gyro = replace(
+        FORCE,
+        title="yaw rate bias",
+        effects=("trial_gyro_bias", "gyro_bias"),
+        direction="",
+        in_words="b 0.03 to 0.04 deg/s",
+    )
+    assert cause_in_words(gyro) == "yaw rate bias (b 0.03 to 0.04 deg/s), which may differ from trial to trial"
 
 
 def test_look_alikes_of_other_sizes_are_told_with_them() -> None:

@@ -34,7 +34,7 @@ from seatruth.diagnosis.sizes_in_words import effect_in_words, furthest, prior_d
 from seatruth.diagnosis.verdict import EffectParameter, EffectResult, Hypothesis, NamedCause, Verdict, least_probable
 from seatruth.effects import Effect
 from seatruth.effects.causes import ROOT, title
-from seatruth.effects.each_trial import are_one, follows_each_trial
+from seatruth.effects.each_trial import are_one, follows_each_trial, repeats
 from seatruth.provenance import provenance
 from seatruth.study import Study
 from seatruth.trials.finding import Finding
@@ -196,6 +196,10 @@ class Assembly:
         name = cluster.member_in(self.decision.shown)
         effect, parameters, share = self.problem.effects[name], self._parameters(name), self.gap.share(name)
         several = title(cluster.cause) if cluster.cause != ROOT else "one of several causes"
+        same = (
+            n for n in cluster.effects if all(n == o or repeats(self.problem.effects[o], n) for o in cluster.effects)
+        )
+        several = next((self.problem.effects[n].title for n in same), several)
         members, model = (name, *(n for n in cluster.effects if n != name)), self.study.model
         implausible = prior_deviations(parameters) > self.settings.implausible
         return NamedCause(

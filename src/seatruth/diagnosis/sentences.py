@@ -159,6 +159,7 @@ def cause_in_words(cause: NamedCause) -> str:
     direction = cause.direction or cause.in_words.partition("towards ")[2]
     titled = f"{cause.title}{f', towards {direction}' if direction else ''}"
     if len(members) == 1:
+        titled += f" ({cause.in_words})" if cause.in_words and not direction else ""
         return f"{titled}, which may differ from trial to trial"
     return f"{titled}: {', '.join(members[:-1])} or {members[-1]}, which these trials cannot tell apart"
 
