@@ -17,14 +17,10 @@ from seatruth.trials.check.helpers import stated_unit
 from seatruth.trials.finding import Finding
 from seatruth.uncertainty.reversed_drives import YAW
 from seatruth.uncertainty.short_runs import Change, ShortRuns, judged, speed_of
+from seatruth.units import to_si
 
-_ALIKE: tuple[Mapping[str, float], ...] = (
-    {"rad": 1.0, "deg": math.pi / 180.0},
-    {"rev/s": 1.0, "1/min": 1.0 / 60.0, "rad/s": 0.5 / math.pi},
-    {"1": 1.0, "%": 0.01},
-)
-"""Units that are taken for each other, of channels in the first of them, and how many of that one each is."""
-_SPELT = {"rpm": "1/min", "rev/min": "1/min", "RPM": "1/min", "rps": "rev/s", "Hz": "rev/s", "-": "1", "": "1"}
+_ALIKE: Mapping[str, tuple[str, ...]] = {"rad": ("rad", "deg"), "rev/s": ("rev/s", "1/min", "rad/s"), "1": ("1", "%")}
+"""Units that are taken for each other, by the unit of the channel."""
 _FAR = {"yaw": 0.5, "pitch": 0.5, "speed": 0.3}
 """Part of its motion by which a model must miss it. [S] One that does not turn at all misses the whole; a speed is
 mostly that with which a run begins."""
@@ -61,25 +57,30 @@ def _better(
 ) -> Iterator[tuple[float, Finding]]:
     """Units in which a model moves as recorded, where it does not as it is: what it misses then, and what to say."""
     units = {channel.name: channel.unit for channel in runs.study.model.inputs}
-    alike = next((one for one in _ALIKE if names and all(units[name] == next(iter(one)) for name in names)), None)
-    if alike is None:
+    own, stated = ({of[name] for name in names} for of in (units, _stated(runs, units)))
+    if len(own) != 1 or len(stated) != 1 or not own <= {*_ALIKE}:
         return
-    first = runs.study.trials[0]
-    said = {name: stated_unit(first, name) or units[name] for name in names}
-    stated = {_SPELT.get(unit, unit) for unit in said.values()}
-    if len(stated) != 1 or not stated <= {*alike}:
-        return
-    (known,) = stated
+    (kept,), (known,) = own, stated
+    size = to_si(known, kept).factor
+    factors = {unit: to_si(unit, kept).factor / size for unit in _ALIKE[kept]}
     for seconds in runs.lengths:
         now = runs.missed(channels, {}, seconds)
         if not now.error > _FAR[motion] * now.size:
             return
-        for unit, size in alike.items():
-            change: Change = {name: (name, size / alike[known]) for name in names}
-            then = runs.missed(channels, change, seconds) if unit != known else now
+        for unit, factor in factors.items():
+            if math.isclose(factor, 1.0):
+                continue  # as it is stated
+            change: Change = {name: (name, factor) for name in names}
+            then = runs.missed(channels, change, seconds)
             if then.error < _NEAR[motion] * min(now.error, now.size):
                 shown = then.error / now.size
-                yield shown, _finding(names, motion, channels, (said[names[0]], unit), now.error / now.size, shown)
+                yield shown, _finding(names, motion, channels, (known, unit), now.error / now.size, shown)
+
+
+def _stated(runs: ShortRuns, units: Mapping[str, str]) -> dict[str, str]:
+    """The unit that the study states for each input, else that of the channel."""
+    first = runs.study.trials[0]
+    return {name: stated_unit(first, name) or unit for name, unit in units.items()}
 
 
 def _finding(

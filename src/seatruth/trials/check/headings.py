@@ -33,9 +33,8 @@ def check_headings(trials: Sequence[Trial]) -> Iterator[Finding]:
     moved, heading = moved[fast], heading[fast]
     if moved.size < limits.FEW_SAMPLES or abs(heading.mean()) > _COURSES:
         return
-    away = moved * heading.conj()
-    off = float(np.angle(away.sum()))
-    if abs(away.sum()) < _ALIKE * np.abs(away).sum() or not limits.HEADING_APART < abs(off) < np.pi - limits.HALF_TURN:
+    off = _one_angle(moved * heading.conj())
+    if off is None or abs(off) >= np.pi - limits.HALF_TURN:
         return
     side = "starboard" if off > 0.0 else "port"
     yield make_finding(
@@ -63,11 +62,15 @@ def heading_offset(trials: Sequence[Trial]) -> float | None:
         elif has_channels(trial, "psi") and (part := _straight(trial)) is not None:
             away.append(part[0] * part[1].conj())
     found = np.concatenate(away) if away else np.zeros(0, dtype=np.complex128)
-    total = complex(found.sum())
-    if found.size < limits.FEW_SAMPLES or abs(total) < _ALIKE * np.abs(found).sum():
-        return None
+    return _one_angle(found) if found.size >= limits.FEW_SAMPLES else None
+
+
+def _one_angle(away: Complex) -> float | None:
+    """The angle (rad) of ways made, turned back by the heading (n,), that is theirs all and large; None without one."""
+    total = complex(away.sum())
     angle = float(np.angle(total))
-    return angle if abs(angle) > limits.HEADING_APART else None
+    alike = abs(total) >= _ALIKE * float(np.abs(away).sum())
+    return angle if alike and abs(angle) > limits.HEADING_APART else None
 
 
 def _straight(trial: Trial) -> tuple[Complex, Complex] | None:
