@@ -61,13 +61,14 @@ def _better(
     if len(own) != 1 or len(stated) != 1 or not own <= {*_ALIKE}:
         return
     (kept,), (known,) = own, stated
-    size = to_si(known, kept).factor
-    factors = {unit: to_si(unit, kept).factor / size for unit in _ALIKE[kept]}
     for seconds in runs.lengths:
         now = runs.missed(channels, {}, seconds)
         if not now.error > _FAR[motion] * now.size:
             return
-        for unit, factor in factors.items():
+        # Only now: the table of units takes half a second to load, and nearly every model moves as recorded.
+        size = to_si(known, kept).factor
+        for unit in _ALIKE[kept]:
+            factor = to_si(unit, kept).factor / size
             if math.isclose(factor, 1.0):
                 continue  # as it is stated
             change: Change = {name: (name, factor) for name in names}
