@@ -84,6 +84,7 @@ def test_a_log_has_a_line_a_minute_and_one_too_where_a_step_takes_long(
     line._keep_alive(error_console())  # the second time nothing is due yet
     (still,) = capsys.readouterr().err.splitlines()
     assert still.startswith("Still at: Search: 199 evaluations")
+    assert still.endswith("; nothing is reported for 1 min 41 s")
 
 
 def test_identify_reports_every_stage() -> None:

@@ -59,7 +59,7 @@ class ProgressEvent:
             parts.append(self.message)
         parts.append(f"{self.elapsed_s:.1f} s")
         if self.remaining_s is not None and self.remaining_s > 0:
-            parts.append(f"{'at most' if self.may_end_early else 'about'} {_duration(self.remaining_s)} to go")
+            parts.append(f"{'at most' if self.may_end_early else 'about'} {duration(self.remaining_s)} to go")
         return f"{self.stage}: {', '.join(parts)}"
 
 
@@ -83,7 +83,13 @@ def remaining(done: int, total: int | None, elapsed_s: float) -> float | None:
     return elapsed_s / done * max(total - done, 0)
 
 
-def _duration(seconds: float) -> str:
+def duration(seconds: float) -> str:
+    """A time in words.
+
+    Example:
+        >>> duration(125.0)
+        '2 min 5 s'
+    """
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     if hours:

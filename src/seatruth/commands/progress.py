@@ -14,7 +14,7 @@ from rich.live import Live
 from rich.text import Text
 
 from seatruth.commands.common import error_console, note
-from seatruth.progress import ProgressEvent
+from seatruth.progress import ProgressEvent, duration
 from seatruth.text import visible
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ class ProgressLine:
         self._quiet = quiet
         self._live: Live | None = None
         self._due = time.monotonic() + _LOG_FIRST_S
-        self._last = ""
+        self._last, self._since = "", time.monotonic()
         self._ended = threading.Event()
 
     def __enter__(self) -> ProgressLine:
@@ -64,7 +64,8 @@ class ProgressLine:
         while not self._ended.wait(_LOG_EVERY_S):
             if time.monotonic() >= self._due and self._last:
                 self._due = time.monotonic() + _LOG_EVERY_S
-                console.print(Text(visible(f"Still at: {self._last}")))
+                waited = duration(time.monotonic() - self._since)
+                console.print(Text(visible(f"Still at: {self._last}; nothing is reported for {waited}")))
 
     def __exit__(
         self, kind: type[BaseException] | None, problem: BaseException | None, where: TracebackType | None
@@ -84,7 +85,7 @@ class ProgressLine:
         if self._live is not None:
             self._live.update(Text(visible(text)))
             return
-        self._last = text
+        self._last, self._since = text, time.monotonic()
         if now or time.monotonic() >= self._due:
             self._due = time.monotonic() + _LOG_EVERY_S
             note(text)
