@@ -204,7 +204,6 @@ ELSEWHERE = {
     "trials/test_trials_frames.py": ("trials/attitude", "trials/geodesy"),
     "trials/test_trials_time_axis.py": ("trials/dates",),
     "trials/test_trials_check.py": (
-        "trials/check/clocks",
         "trials/check/duplicates",
         "trials/check/excitation",
         "trials/check/frozen",

@@ -13,7 +13,6 @@ from known_motion import Array, altered, codes, scattered, step_at, zigzag
 from seatruth.manoeuvres import TurningCircle, run_manoeuvre
 from seatruth.models import load_model
 from seatruth.trials import Channel, Step, Trial, apply_steps, check_trials
-from seatruth.trials.check.clocks import clock_lag
 
 GOOD = zigzag(amplitude=0.5, period=80)
 FAST = zigzag(amplitude=0.6, period=80, noise=0.1)  # loses a third of its speed in each turn
@@ -267,21 +266,6 @@ def test_a_steady_run_does_not_say_that_its_heading_points_astern() -> None:
             "y": 0.5 * np.sin(0.3) * t + 0.02 * white["y"],
         }
         assert not {"heading-astern", "heading-offset"} & codes(check_trials([Trial("run", t, {}, outputs)]))
-
-
-@pytest.mark.parametrize("offset", [0.5, -3.0, 12.0])
-def test_the_offset_of_two_clocks_is_measured(offset: float) -> None:
-    late = np.interp(GOOD.t - offset, GOOD.t, GOOD.outputs["psi"])
-    lag = clock_lag(GOOD.t, late, GOOD.outputs["r"])
-    assert lag is not None
-    assert lag.seconds == pytest.approx(offset, abs=4 * lag.error)
-    assert lag.error < 0.03
-    assert clock_lag(GOOD.t, GOOD.outputs["psi"], GOOD.outputs["r"]) is None
-
-
-def test_a_lag_in_half_of_the_record_is_no_clock() -> None:
-    half = np.where(GOOD.t > 150, np.interp(GOOD.t - 1.0, GOOD.t, GOOD.outputs["psi"]), GOOD.outputs["psi"])
-    assert clock_lag(GOOD.t, half, GOOD.outputs["r"]) is None
 
 
 def test_torpedo_convention_shows() -> None:

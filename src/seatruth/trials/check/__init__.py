@@ -21,7 +21,7 @@ from seatruth.trials.check.headings import check_headings
 from seatruth.trials.check.helpers import Channels
 from seatruth.trials.check.planes import check_planes
 from seatruth.trials.check.positions import check_positions
-from seatruth.trials.check.rates import check_rates
+from seatruth.trials.check.rates import check_common_lags, check_rates
 from seatruth.trials.check.sensors import check_sensors
 from seatruth.trials.check.steering import check_steering
 from seatruth.trials.check.table import check_tables
@@ -60,6 +60,8 @@ def check_trials(trials: Iterable[Trial], model: Channels | None = None) -> list
     findings = beside_others([finding for trial in runs for finding in _of_one(trial, model)], runs)
     findings += _in_the_diving_plane(runs, findings, model)
     findings += _in_the_plane(runs, findings)
+    with np.errstate(all="ignore"):
+        findings = check_common_lags(_sound(runs, findings, "psi", "theta", "phi", "p", "q", "r"), findings)
     findings += check_duplicates(runs)
     findings += check_coverage(runs)
     return gravest_first(findings)

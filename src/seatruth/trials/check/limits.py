@@ -97,6 +97,13 @@ LAG_EXPLAINS = 0.25
 
 LAG_HALVES = 0.4
 """... and this part in each half of the record: a filter or a slipping clock is not an offset."""
+LAG_TRIALS = 3
+"""Trials from which an offset that they have in common is named, though none of them shows it so clearly alone, ..."""
+LAG_SPREAD = 0.5
+"""... where their own offsets spread over no more than this part of the mean, ... Of offsets that lie anywhere within
+ten times the mean, three fall so near to each other once in a thousand times."""
+LAG_TOGETHER = 0.5
+"""... and undoing it leaves at most this part of the mean squares of the disagreement, on average."""
 
 # The rudder against the turn
 HOLD_SAMPLES = 5

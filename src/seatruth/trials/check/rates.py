@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from seatruth.arrays import Array
 from seatruth.trials.check import limits
-from seatruth.trials.check.clocks import Lag, clock_lag
+from seatruth.trials.check.clocks import CommonLag, Lag, clock_lag, common_lag
 from seatruth.trials.check.helpers import (
     alike,
     at_all_times,
@@ -25,6 +25,7 @@ from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
 
 _PAIRS = (("psi", "r"), ("theta", "q"), ("phi", "p"))
+_CLOCK = "clock-offset"
 _DEGREES = 180.0 / np.pi
 _PER_MINUTE = 1.0 / 60.0
 _NEARLY = 4 * limits.KNOWN_SCALE
@@ -38,6 +39,21 @@ def check_rates(trial: Trial) -> Iterator[Finding]:
     for angle, rate in _PAIRS:
         if has_channels(trial, angle, rate):
             yield from _angle_against_rate(trial, angle, rate)
+
+
+def check_common_lags(trials: Sequence[Trial], known: Sequence[Finding]) -> list[Finding]:
+    """The known findings, and the offset of an angle against its rate that all trials have in common.
+
+    It takes the place of what single trials say of these two clocks.
+    """
+    findings = list(known)
+    for angle, rate in _PAIRS:
+        both = [trial for trial in trials if has_channels(trial, angle, rate)]
+        lag = common_lag([(trial.t, trial.channel(angle), euler_rate(trial, angle)) for trial in both])
+        if lag is not None:
+            findings = [one for one in findings if one.code != _CLOCK or one.channel not in (angle, rate)]
+            findings.append(_clock_of_all(angle, rate, lag))
+    return findings
 
 
 def euler_rate(trial: Trial, angle: str) -> Array:
@@ -208,11 +224,31 @@ def _clock(trial: Trial, angle: str, rate: str, lag: Lag) -> Finding:
     return make_finding(
         trial,
         "warning",
-        "clock-offset",
+        _CLOCK,
         f"{late} comes {abs(lag.seconds):.3g} s after {early} (standard error {lag.error:.1g} s): without that, they "
         f"disagree by {100 * lag.after:.1g} % instead of {100 * lag.before:.2g} %.",
-        f"Correct the clock, or add the preparation step 'shift_time' with channels = [\"{late}\"] and seconds = "
-        f"{abs(lag.seconds):.2g}. A filter in one of the sensors looks the same"
+        _shift(late, lag.seconds)
         + (", and so does a column of another run." if lag.before > 1.0 - limits.AGREEMENT else "."),
         channel=late,
+    )
+
+
+def _clock_of_all(angle: str, rate: str, lag: CommonLag) -> Finding:
+    late, early = (angle, rate) if lag.mean > 0.0 else (rate, angle)
+    each = np.sort(np.abs(lag.seconds))
+    return Finding(
+        "warning",
+        _CLOCK,
+        f"{late} comes after {early} in each of {each.size} trials, by {each[0]:.2g} to {each[-1]:.2g} s: without "
+        f"that, they disagree by {100 * lag.after:.2g} % instead of {100 * lag.before:.2g} %.",
+        "all trials",
+        _shift(late, lag.mean) + ".",
+        channel=late,
+    )
+
+
+def _shift(late: str, seconds: float) -> str:
+    return (
+        f"Correct the clock, or add the preparation step 'shift_time' with channels = [\"{late}\"] and seconds = "
+        f"{abs(seconds):.2g}. A filter in one of the sensors looks the same"
     )
