@@ -15,7 +15,7 @@ from seatruth.diagnosis.fit import Fit, fit, fit_at
 from seatruth.diagnosis.hypotheses import Key, Search
 from seatruth.diagnosis.problem import Point
 from seatruth.diagnosis.search import search
-from seatruth.diagnosis.sizes import Sizes
+from seatruth.diagnosis.sizes import Sizes, noise_prior
 from seatruth.trials.trial import Trial
 
 WAVY = """
@@ -164,3 +164,13 @@ def test_a_run_on_another_branch_is_not_at_the_known_optimum(ship_folder: Path, 
     assert known.leads_here(problem, known.point)
     assert not known.leads_here(problem, Point(known.point.shared, turned, known.point.forces))
     assert not replace(known, settled=False).leads_here(problem, known.point)
+
+
+def test_the_fits_of_the_model_alone_are_told_one_by_one(ship_folder: Path, offset_runs: list[Trial]) -> None:
+    """Each may take minutes, and a log that stands still looks like a hang."""
+    problem, told = small.problem(ship_folder, offset_runs), list[str]()
+    hypothesis_fits.fit_null(Search(problem, noise_prior(problem)), told.append)
+    with_forces, without, again = told
+    assert "with missing forces" in with_forces
+    assert "without missing forces" in without
+    assert "from its end" in again

@@ -57,14 +57,12 @@ _LARGE = math.log(0.3)
 """Log size of discrepancy from which runs that stray are fitted."""
 _SMALL = math.log(0.003)
 """Log size of discrepancy beside a set that explains the trials without it."""
-
-
 _SHORT = 0.05
 """nats for each sample that a fit of the model alone has ahead of it, from which it ended too far short. [S] Of a ship
 on a pond on two days it was 0 and 0.016, and the wind was found in whole trials; of a catamaran 0.086, and nothing."""
 
 
-def fit_null(found: Search) -> None:
+def fit_null(found: Search, say: Callable[[str], None] = lambda text: None) -> None:
     """Fits the model alone, with and without discrepancy. Raises LinAlgError where neither can be done.
 
     Of a bare search, without discrepancy, if that can be done. Raises RunsBend where the trials can be cut and the fit
@@ -83,6 +81,7 @@ def fit_null(found: Search) -> None:
     found.bare = False
     if problem.discrepancy is not None:
         near = (start, sizes) if plain is None else (plain.point, plain.sizes.with_discrepancy(_LARGE))
+        say("the model alone, with missing forces")
         loose = fit_once(found, (), True, *near)
         if loose is None or not loose.settled:
             loose = fit_from_equation_error(found, near[1]) or loose
@@ -91,6 +90,7 @@ def fit_null(found: Search) -> None:
             raise RunsBend
     # From where the study begins, and, where that leads nowhere, from the fit with discrepancy.
     if problem.few_runs is None:
+        say("the model alone, without missing forces")
         plain = fit_once(found, (), False, start, sizes)
     if loose is not None and (plain is None or not plain.settled):
         fit_once(found, (), False, loose.point, loose.sizes, attempt="from its fit with discrepancy")
@@ -105,6 +105,7 @@ def fit_null(found: Search) -> None:
         little = bare.sizes.with_discrepancy(_SMALL)
         fit_once(found, (), True, bare.point, little, attempt="from its fit without discrepancy")
     lost = strays(found) and not found.fits[(), False].settled  # further attempts at it do not converge either
+    say("the model alone, from its end")
     for on in (True,) if lost else (False, True):
         fit_again(found, discrepancy=on)
 

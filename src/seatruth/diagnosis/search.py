@@ -95,7 +95,7 @@ def _searched(
             if forces_wanted(found):
                 found.bare = False
                 if problem.few_runs is not None:
-                    fit_null(found)
+                    fit_null(found, lambda text: say(text, 0, expected))
         if not found.bare:
             found = refine(found, lambda knots: say(f"forces between {knots} knots", 1, expected))
             found = _fit_library(found, say, expected, workers, widen=widen)
@@ -136,20 +136,21 @@ def _begun(problem: Problem, store: Checkpoint, say: Say, expected: int, *, may_
     sections = most_sections(problem.trials) if may_cut and problem.few_runs is None else 1
     for count, cut in ((1, sections > 1), (sections, True), (1, False)):
         try:
-            found = _with_model_alone(problem if count == 1 else problem.in_sections(count), store, may_cut=cut)
+            whole = problem if count == 1 else problem.in_sections(count)
+            found = _with_model_alone(whole, store, lambda text: say(text, 0, expected), may_cut=cut)
             break
         except RunsBend:
             say(f"trials in {sections} sections" if count == 1 else "whole trials", 0, expected)
     return found
 
 
-def _with_model_alone(problem: Problem, store: Checkpoint, *, may_cut: bool) -> Search:
+def _with_model_alone(problem: Problem, store: Checkpoint, say: Callable[[str], None], *, may_cut: bool) -> Search:
     """A search with the model alone fitted. Raises as `fit_null`."""
     found = Search(problem, noise_prior(problem), store=store, may_cut=may_cut)
     found.bare = problem.few_runs is not None and problem.discrepancy is not None
-    fit_null(found)
+    fit_null(found, say)
     wider = anywhere(found)
-    return found if wider is None else _with_model_alone(wider, store, may_cut=may_cut)
+    return found if wider is None else _with_model_alone(wider, store, say, may_cut=may_cut)
 
 
 def _in_words(key: Key) -> str:
