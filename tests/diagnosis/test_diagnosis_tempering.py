@@ -237,3 +237,18 @@ def test_a_set_that_needs_no_forces_is_not_behind_itself_with_them() -> None:
     near[3] = 503.0  # two nats less than with forces
     found = errors_beside_forces(near / 28.0, near, keys, on, {"gyro_bias"}, 5.7, 1.0, 0.05, **beside)
     assert found[3] == pytest.approx(found[2] - 2.0)
+
+
+def test_what_stands_beside_a_raised_set_is_raised_with_it() -> None:
+    """Of an ROV in a current, a second thruster beside the first explained 180 nats more and was impossible, and with
+    it the heading bias that acted, since the current's heat was taken from the pair alone."""
+    keys = [("current",), ("bias", "current"), ("current", "port"), ("current", "port", "starboard")]
+    keys.append(("bias", "current", "port", "starboard"))
+    evidence, counts = np.array([897.0, 915.0, 976.0, 1155.0, 1168.0]), np.array([len(key) for key in keys])
+    found = tempered(evidence, counts, 6.0, temperature=1.0, model_form=0.053, beside=0.85)
+    beside = {"on_board": {"port", "starboard"}, "currents": {"current"}}
+    raised = errors_beside_forces(found, evidence, keys, [True] * 5, {"bias"}, 5.7, 1.0, 0.053, **beside)
+    assert raised[2] > found[2] + 5.0
+    assert raised[3] - raised[2] == pytest.approx(found[3] - found[2])
+    assert raised[4] - raised[3] > 3.0
+    assert (raised >= found).all()

@@ -259,6 +259,9 @@ def errors_beside_forces(
     for key, place in sorted(places.items(), key=lambda one: len(one[0])):
         for name in key:
             rest = places.get(tuple(other for other in key if other != name), -1)
+            if rest >= 0 and raised[rest] > found[rest] and evidence[place] > evidence[rest]:
+                # A further effect counts beside what was raised for what it did before.
+                raised[place] = max(raised[place], raised[rest] + max(0.0, found[place] - found[rest]))
             apart = name in sensors or (name in on_board and {*key} - {name} <= {*currents})
             if not apart or len(key) < 2 or rest < 0:
                 continue
