@@ -16,7 +16,7 @@ from seatruth.diagnosis.hypothesis_fits import fit_once
 from seatruth.diagnosis.problem import Problem
 from seatruth.diagnosis.search import search
 from seatruth.diagnosis.settings import Settings
-from seatruth.diagnosis.size_errors import disagreement, is_sure, size_errors, sizes_of
+from seatruth.diagnosis.size_errors import disagreement, is_sure, is_told, size_errors, sizes_of
 from seatruth.diagnosis.sizes import first_sizes, noise_prior
 from seatruth.diagnosis.tempering import tempered_deviation
 from seatruth.effects import available
@@ -85,6 +85,19 @@ def test_trials_that_ask_for_other_sizes_make_the_error_as_large_as_they_differ(
     temperature = problem.settings.size_temperature
     assert error > 2.0 * tempered_deviation(fit.stderr(problem), problem.sd, temperature)[column]
     assert abs(fit.point.shared[column] - 0.02) < 2.0 * error < 0.02
+
+
+def test_a_size_within_its_reported_error_is_not_told_from_none(found: Search, monkeypatch: pytest.MonkeyPatch) -> None:
+    problem, fit = found.problem, found.fits[KEY, False]
+    (column,) = problem.columns["rudder_offset"]
+    least = np.sqrt(problem.settings.least_noncentrality / problem.settings.size_temperature)
+    assert is_told(problem, fit, "rudder_offset")
+    own = fit.stderr(problem)
+    for errors, told in ((0.9 * least, False), (1.1 * least, True)):
+        wide = own.copy()
+        wide[column] = abs(fit.point.shared[column]) / errors
+        monkeypatch.setattr(module, "size_errors", lambda *_, wide=wide: wide)
+        assert is_told(problem, fit, "rudder_offset") == told
 
 
 def test_a_single_trial_agrees_with_itself(ship_folder: Path, offset_runs: list[Trial]) -> None:

@@ -61,6 +61,10 @@ def test_the_largest_slow_part_of_most_channels_of_stated_noise_is_no_noise() ->
     assert is_no_noise(sizes(shape=(last, 0)), one, SETTINGS)
     assert not is_no_noise(sizes(shape=(0, last)), one, SETTINGS)
     assert not is_no_noise(sizes(shape=(last, last)), NOTHING, SETTINGS), "a record that was filtered may have it"
+    three = NoisePrior({0: 0.1, 1: 0.5, 2: 0.3}, {})
+    assert not is_no_noise(sizes(shape=(last, 0, 0)), three, SETTINGS)
+    assert is_no_noise(sizes(shape=(last, 0, 0)), three, SETTINGS, forces=False), "it has nowhere else to go"
+    assert not is_no_noise(sizes(shape=(0, 0, 0)), three, SETTINGS, forces=False)
 
 
 def test_declared_noise_is_log_normal() -> None:

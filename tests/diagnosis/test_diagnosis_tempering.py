@@ -252,3 +252,14 @@ def test_what_stands_beside_a_raised_set_is_raised_with_it() -> None:
     assert raised[3] - raised[2] == pytest.approx(found[3] - found[2])
     assert raised[4] - raised[3] > 3.0
     assert (raised >= found).all()
+
+
+def test_a_set_that_explains_more_than_a_raised_one_is_not_behind_it() -> None:
+    keys = [("current",), ("current", "port"), ("current", "tether"), ("current", "drag"), ("port", "wind")]
+    evidence, beside = np.array([750.0, 846.0, 887.0, 840.0, 700.0]), {"on_board": {"port"}, "currents": {"current"}}
+    found = evidence / 48.0
+    raised = errors_beside_forces(found, evidence, keys, [True] * 5, set(), 5.7, 1.0, 0.053, **beside)
+    assert raised[1] > found[1] + 10.0
+    heat = 1.0 + 0.053 * 187.0
+    assert raised[2] == pytest.approx(raised[1] + (887.0 - 846.0 - 5.7) / heat)
+    assert raised[3:] == pytest.approx(found[3:]), "what explains less stays where it was"

@@ -116,3 +116,17 @@ def test_of_two_thrusters_that_look_alike_either_may_be_where_it_acts() -> None:
     assert told.startswith("It most likely acts in the actuator of n_port, or in the actuator of n_starboard.")
     found.effects = (found.effects[0], replace(second, acts_on=("actuator:n_port",)), *others)
     assert gap.where_in_words(found).startswith("It most likely acts in the actuator of n_port. ")
+
+
+def test_what_the_most_probable_answer_holds_beside_what_is_named_is_no_next_answer() -> None:
+    """Of an ROV "the next probable answer" had over 99.9 %, and the named one under 0.05 %."""
+    found = diagnosis("effects")
+    first = found.hypotheses[0]
+    more = replace(first, effects=("current", "heading_bias"), probability=0.96)
+    both = replace(found, hypotheses=(more, replace(first, probability=0.01)))
+    assert text.which_in_words(both).endswith(
+        "The most probable answer holds heading offset as well (96 %), which is not named."
+    )
+    other = replace(more, effects=("heading_bias",), probability=0.2)
+    apart = replace(found, hypotheses=(first, other))
+    assert text.which_in_words(apart).endswith("The next probable answer is heading offset (20 %).")

@@ -32,7 +32,7 @@ from seatruth.diagnosis.practical_size import without_negligible, without_small,
 from seatruth.diagnosis.prediction_errors import noise_deviation
 from seatruth.diagnosis.sensor_errors import errors_of_sensor
 from seatruth.diagnosis.shared_directions import is_shared
-from seatruth.diagnosis.size_errors import beyond_belief, is_sure
+from seatruth.diagnosis.size_errors import beyond_belief, is_sure, is_told
 from seatruth.diagnosis.sizes import is_no_noise
 from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.diagnosis.withdrawals import (
@@ -74,6 +74,7 @@ class Judgement:
         if not self._leaves_a_gap:  # nothing is small beside a gap that is noise
             said = self._fitted(without_unseen(said, self.weighed, self.problem.effects), said)
             said = self._fitted(without_vague(said, self.weighed), said)
+            said = self._fitted(self._told(said), said)
             return self._fitted(self._but_drift(said), said)
         said = self._closing(said)
         while said.clusters:
@@ -177,6 +178,15 @@ class Judgement:
             return left
         return without_taken_for_noise(left, found, [name for name in left.shown if agreed(name)], self.validated)
 
+    def _told(self, said: Decision) -> Decision:
+        """The decision less what trials disagree about so far that its reported size may be none."""
+        fit = self.search.best(said.shown)
+        if not said.clusters or fit is None:
+            return said
+        told = [name for name in said.shown if is_told(self.problem, fit, name)]
+        left = without_disputed(said, self.weighed, self.problem.effects, told, self.validated)
+        return left if left.clusters == said.clusters else without_unsure(left, self.weighed, self._helps)
+
     def _but_drift(self, said: Decision) -> Decision:
         """The decision less what a vehicle that drifts otherwise in turns than its model shows as well."""
         like = drifting(self.search, self.search.beside(said.shown, self.beside), said.shown)
@@ -204,13 +214,17 @@ class Judgement:
     @cached_property
     def noise_is_motion(self) -> bool:
         """Whether the best fit takes motion for noise."""
-        return is_no_noise(self.search.leader.sizes, self.search.known, self.settings)
+        forces = self.problem.discrepancy is not None
+        return is_no_noise(self.search.leader.sizes, self.search.known, self.settings, forces=forces)
 
     @cached_property
     def _leaves_a_gap(self) -> bool:
-        """Whether the refitted model without discrepancy leaves more than noise."""
+        """Whether the refitted model without discrepancy leaves more than noise.
+
+        What is taken for noise hides the gap where no missing forces can be tried.
+        """
         plain = self.search.fits.get(((), False))
-        if plain is None:
+        if plain is None or (self.problem.discrepancy is None and self.noise_is_motion):
             return True
         left = misfit(self.problem, self.deviation, without_discrepancy(self.problem, plain.point))
         return left > self.settings.gap * self.problem.count

@@ -228,7 +228,13 @@ def _runner_up(diagnosis: Diagnosis) -> str:
     rest = [(key, p) for key, p in diagnosis.answers() if not key or not set(key) <= named]
     text = ""
     if rest and rest[0][1] >= WORTH_MENTION:
-        text = f" The next probable answer is {in_titles(diagnosis, rest[0][0])} ({chance(rest[0][1])})."
+        key, probability = rest[0]
+        beside = tuple(name for name in key if name not in named)
+        if all({*cause.effects} & {*key} for cause in diagnosis.verdict.causes):
+            text = f" The most probable answer holds {in_titles(diagnosis, beside)} as well ({chance(probability)}), "
+            text += f"which {'is' if len(beside) == 1 else 'are'} not named."
+        else:
+            text = f" The next probable answer is {in_titles(diagnosis, key)} ({chance(probability)})."
     known = titles(diagnosis)
     near = [
         known.get(other, other)
