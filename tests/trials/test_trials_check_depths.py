@@ -79,3 +79,16 @@ def test_a_pressure_cell_that_shows_a_part_of_the_waves_is_not_turned_round() ->
     depth = 30 - 0.2 * (level.outputs["z"] - 30)
     assert found(altered(level, {"z": lambda a: depth})) == []
     assert [code for code, _ in found(altered(level, {"z": lambda a: 60 - a}))] == ["depth-pitch-sign"]
+
+
+@pytest.mark.parametrize(("times", "unit"), [(100.0, "cm"), (1.0 / 0.3048, "ft"), (1.0, None), (2.0, None)])
+def test_a_depth_in_another_unit_shows_beside_the_speed_down_alone(times: float, unit: str | None) -> None:
+    """Of an ROV, whose pitch nobody records."""
+    t = np.arange(0, 200, 0.2)
+    w = 0.2 * np.sin(2 * np.pi * t / 40)
+    rng = np.random.default_rng(2)
+    z = times * (3.0 + np.concatenate([[0], np.cumsum(0.1 * (w[1:] + w[:-1]))]) + 0.01 * rng.normal(size=t.size))
+    level = Trial("dip", t, {"c": np.sin(t)}, {"w": w + 0.01 * rng.normal(size=t.size), "z": z}, synthetic=True)
+    said = [one for one in check_trials([level]) if one.code == "unit"]
+    assert [one.channel for one in said] == ([] if unit is None else ["z"])
+    assert all(f"is in {unit}" in one.message for one in said)

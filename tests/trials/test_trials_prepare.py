@@ -277,3 +277,10 @@ def test_a_derivative_has_no_value_where_its_window_has_a_hole() -> None:
     assert np.isnan(slope[-7:]).all()
     np.testing.assert_allclose(slope[8:-7], 2.0)
     assert found.steps[-1].effect == "r from psi, window 1.1 s; 10 samples lost near gaps"
+
+
+def test_unwrapping_degrees_that_were_taken_for_radians_is_refused() -> None:
+    """Their jumps of 360 would leave a heading that looks like noise."""
+    run = trial({"psi": np.array([358.0, 359.5, 1.0, 2.5])}, {"delta": np.zeros(4)}, np.arange(4.0))
+    with pytest.raises(BadInput, match=r"channel 'psi', t = .*jumps by 358.5 rad: it is in degrees"):
+        prepare.unwrap(run)

@@ -56,6 +56,8 @@ def check_depths(trials: Sequence[Trial]) -> Iterator[Finding]:
     yield from turned
     if not turned and dives:
         yield from _sizes(dives)
+    if not dives:
+        yield from _level(trials)
 
 
 def _dive(trial: Trial) -> _Dive | None:
@@ -74,6 +76,39 @@ def _dive(trial: Trial) -> _Dive | None:
     by_heave = None if heaving is None else w.change(integral(trial.t, heaving))
     dive = _Dive(trial, name, change, by_speed, by_heave, w.seconds)
     return dive if min(rms(change), rms(dive.expected)) > 0.0 else None
+
+
+def _level(trials: Sequence[Trial]) -> Iterator[Finding]:
+    """The unit of a depth beside the speed down, of a vehicle whose pitch is not recorded.
+
+    It may well pitch, so that nothing but the factor of another unit is told.
+    """
+    found = list[tuple[Trial, str, Array, Array]]()
+    for trial in trials:
+        name = next((name for name in ("z", "depth") if has_channels(trial, name, "w")), None)
+        heave = np.zeros(0) if name is None else _downward(trial)
+        w = None if name is None else windows(trial.t, [heave], [trial.channel(name)])
+        if name is not None and w is not None:
+            columns = np.column_stack([w.change(integral(trial.t, heave)), w.seconds])
+            found.append((trial, name, w.change(trial.channel(name)), columns))
+    if not found:
+        return
+    trial, name, *_ = found[0]
+    change, columns = (np.concatenate([one[k] for one in found]) for k in (2, 3))
+    values, *_ = np.linalg.lstsq(columns, change, rcond=None)
+    rest, size = change - columns @ values, float(values[0])
+    if rest @ rest > (1.0 - limits.SCALE_AGREEMENT) * float(change @ change):
+        return
+    for factor, unit in _DEPTHS:
+        if abs(size * factor - 1.0) < limits.KNOWN_SCALE:
+            yield make_finding(
+                trial,
+                "error",
+                "unit",
+                f"{name} changes by {size:.3g} times what w says: {name} is in {unit}.",
+                f"State unit = '{unit}' for {name}.",
+                channel=name,
+            )
 
 
 def _downward(trial: Trial) -> Array:

@@ -152,6 +152,10 @@ def correct(trial: Trial, options: Correct) -> tuple[Trial, str]:
     return with_channels(trial, changed), ", ".join(text) or "nothing"
 
 
+_NEARLY_A_TURN = 36.0
+"""deg: what a vehicle turns by in a sample beside a jump of 360, a tenth of a turn. Chosen here [S]."""
+
+
 class Unwrap(Options):
     """`channels`: default phi, theta, psi and cog; name others, as the direction of a pod."""
 
@@ -160,13 +164,20 @@ class Unwrap(Options):
 
 @preparation("unwrap", Unwrap)
 def unwrap(trial: Trial, options: Unwrap) -> tuple[Trial, str]:
-    """Removes jumps of a full turn from angles."""
+    """Removes jumps of a full turn from angles. Refuses those of 360, which are of an angle in degrees."""
     present = [n for n in (*trial.inputs, *trial.outputs) if is_angle(n)]
     changed: dict[str, Array] = {}
     counts: dict[str, int] = {}
     for name in chosen_channels(trial, options.channels, present):
         values = trial.channel(name).copy()
         ok = np.isfinite(values)
+        jumps_of_360 = np.flatnonzero(np.abs(np.abs(np.diff(values[ok])) - 360.0) < _NEARLY_A_TURN)
+        if jumps_of_360.size:
+            raise BadInput(
+                f"it jumps by {np.abs(np.diff(values[ok]))[jumps_of_360[0]]:.4g} rad: it is in degrees",
+                where=f"trial {trial.name!r}, channel {name!r}, t = {trial.t[ok][jumps_of_360[0] + 1]:.6g} s",
+                do=f"State its unit in [channels]: unit = 'deg' for {name}.",
+            )
         values[ok] = np.unwrap(values[ok])
         changed[name] = values
         counts[name] = int((np.abs(np.diff((values - trial.channel(name))[ok])) > 1.0).sum())
