@@ -185,6 +185,8 @@ def test_no_thruster_goes_farther_than_on_record() -> None:
     assert menu.axes["yaw thrust"] == pytest.approx({"n_port": 3.0, "n_starboard": -3.0})
     step = menu.phases["step of +yaw thrust"]
     assert step.text == "yaw thrust as far as it went (n_port 13 rev/s, n_starboard 7 rev/s) and held"
+    menu.units.update(n_port="1")
+    assert "(n_port 13, n_starboard 7 rev/s)" in menu._steered("yaw thrust", menu.axes["yaw thrust"])[0].text
     for name, phase in menu.phases.items():
         for order in phase.inputs.values():
             assert order.min() >= 0.0, name

@@ -18,6 +18,8 @@ WANTED = list(STANDARD_CHANNELS.values())
         ("yawrate_dps", "r", "deg/s"),
         ("turnrate [deg/s]", "r", "deg/s"),
         ("rollangle_deg", "phi", "deg"),
+        ("usbl_n", "x", "m"),
+        ("pos_e_m", "y", "m"),
         ("usbl_north_m", "x", "m"),
         ("usbl_east_m", "y", "m"),
         ("gps easting (m)", "y", "m"),

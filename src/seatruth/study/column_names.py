@@ -6,13 +6,21 @@ MAGNETIC = tuple(
     f"{a} {b}" for one in ("mag", "magnetic") for name in ("hdg", "heading") for a, b in ((name, one), (one, name))
 )
 """Names of a heading that lacks the declination."""
+_POSITIONS = ("pos", "position", "usbl", "lbl", "sbl", "rtk")
+"""What gives a position of which n and e are north and east. `gps n` may count satellites."""
 NAMES: dict[str, tuple[str, ...]] = {
     "t": (
         *("t", "time", "timestamp", "seconds", "elapsed", "elapsed time", "utc", "datetime", "date time", "stamp"),
         *("unix time", "unix", "epoch", "gps time", "log time"),
     ),
-    "x": ("x", "x0", "north", "northing", "pos x", "position x", "x pos", "x position", "x north"),
-    "y": ("y", "y0", "east", "easting", "pos y", "position y", "y pos", "y position", "y east"),
+    "x": (
+        *("x", "x0", "north", "northing", "pos x", "position x", "x pos", "x position", "x north"),
+        *(f"{one} n" for one in _POSITIONS),
+    ),
+    "y": (
+        *("y", "y0", "east", "easting", "pos y", "position y", "y pos", "y position", "y east"),
+        *(f"{one} e" for one in _POSITIONS),
+    ),
     "z": ("z", "z0", "pos z", "position z", "down"),
     "depth": ("depth",),
     "phi": ("phi", "roll", "roll angle", "heel", "heel angle", "bank", "roll ang"),

@@ -258,7 +258,8 @@ class Menu:
         """Manoeuvres of actuators that move together, so far each: rudders, or thrust along an axis."""
         t, half = self.t, self.leg
         ends = ", ".join(
-            f"{n} {float(self._possible(n, self.usual[n] + x)):.3g} {self.units[n]}" for n, x in reach.items()
+            f"{n} {float(self._possible(n, self.usual[n] + x)):.3g} {self.units[n]}".removesuffix(" 1")
+            for n, x in reach.items()
         )
         verb, full = ("step of", f"as far as it went ({ends})") if name in self.axes else ("turn by", "hard over")
         stairs = np.array(_STAIRS)[np.minimum((t / half).astype(int), len(_STAIRS) - 1)]

@@ -133,7 +133,7 @@ def _above_water(trial: Trial, name: str, median: float) -> Finding:
         trial,
         "warning",
         "depth-up",
-        f"Half of the time it is above {median:.3g} m, that is, out of the water: it counts upward, as in the "
+        f"Half of the time it is less than {median:.3g} m, which is out of the water: it counts upward, as in the "
         "torpedo convention (y up), or it is a height.",
         "seatruth counts down: set sign = -1, and check pitch and plane angles for the same convention.",
         channel=name,
