@@ -100,7 +100,7 @@ def test_trials_are_cut_where_the_model_alone_cannot_be_fitted_to_whole_ones(
     """Where it cannot be fitted to sections either it is not their length, and the trials stay whole."""
     study = seatruth.sample.load("diagnose.toml")
 
-    def fitted(found: Search) -> None:
+    def fitted(found: Search, _: object) -> None:
         if found.may_cut and found.problem.settings.sections < fits_at:
             raise RunsBend
 

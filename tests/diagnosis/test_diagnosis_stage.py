@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from seatruth.diagnosis.stage import AGAIN, Stage
+from seatruth.diagnosis.stage import AGAIN, Rising, Stage
 from seatruth.progress import ProgressEvent
 
 
@@ -38,3 +38,24 @@ def test_a_stage_that_is_counted_ends_with_its_count(monkeypatch: pytest.MonkeyP
     assert events[-1].remaining_s == pytest.approx(10.0)
     say("trial 9", 9, 8)
     assert (events[-1].done, events[-1].total) == (9, 9)
+
+
+def test_a_search_that_begins_again_has_its_time_to_go(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a boat's simulator, whose search began again with forces, it was 1.045 times what had passed, for 20 min."""
+    clock, events = [0.0], list[ProgressEvent]()
+    monkeypatch.setattr(time, "perf_counter", lambda: clock[0])
+    say = Rising(Stage("Hypotheses", events.append, 0.0, AGAIN))
+    for done in range(20):
+        clock[0] = 5.0 * done
+        say("without forces", done, 20)
+    say.again()
+    told = []
+    for done in range(20):
+        clock[0] = 100.0 + 20.0 * done
+        say("with forces", done, 20)
+        told.append(events[-1].remaining_s)
+    numbers = [event.done for event in events]
+    assert numbers == sorted(numbers)
+    assert events[-1].total == 39
+    assert told[0] == pytest.approx(100.0 + AGAIN * 200.0, rel=0.1), "as much again as before"
+    assert told[10] > 9 * 20.0

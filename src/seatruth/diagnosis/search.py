@@ -34,6 +34,7 @@ from seatruth.diagnosis.sections import RunsBend, most_sections
 from seatruth.diagnosis.sensors_beside import fit_sensor_errors
 from seatruth.diagnosis.siblings import fit_rivals, fit_siblings
 from seatruth.diagnosis.sizes import noise_prior
+from seatruth.diagnosis.stage import Rising, Say
 from seatruth.effects.each_trial import EachTrial
 from seatruth.simulate import OutOfRuns
 from seatruth.storage.checkpoint import Checkpoint
@@ -50,7 +51,6 @@ _PROBABLE = 0.01
 """Probability from which a set is asked what its parts explain. [S]"""
 _ROUNDS = 3
 """Times that leading sets are compared with what looks like them, and with their parts. [S]"""
-Say = Callable[[str, int, int], None]
 
 
 def search(
@@ -72,16 +72,16 @@ def search(
     cannot be fitted, or where no hypothesis can be simulated without discrepancy, and OutOfRuns where the runs do not
     suffice for the model alone.
     """
-    say = _rising(say)
-    begun = partial(_searched, say=say, store=store, workers=workers, widen=widen, may_cut=may_cut)
+    begun = partial(_searched, say=Rising(say), store=store, workers=workers, widen=widen, may_cut=may_cut)
     return with_gross_sizes(begun(problem), problem, begun)
 
 
 def _searched(
-    problem: Problem, say: Say, store: Checkpoint | None, workers: int, *, widen: bool, may_cut: bool
+    problem: Problem, say: Rising, store: Checkpoint | None, workers: int, *, widen: bool, may_cut: bool
 ) -> Search:
     """As `search`, with priors as they are."""
     settings = problem.settings
+    say.again()
     expected = 2 + settings.singles + (settings.most_effects - 1) * settings.leaders * settings.additions
     say("the model alone", 0, expected)
     found = _begun(problem, Checkpoint(None, "") if store is None else store, say, expected, may_cut=may_cut)
@@ -94,6 +94,7 @@ def _searched(
             found = _fit_library(found, say, expected, workers, widen=widen)
             if forces_wanted(found):
                 found.bare = False
+                say.again()
                 if problem.few_runs is not None:
                     fit_null(found, lambda text: say(text, 0, expected))
         if not found.bare:
@@ -155,18 +156,6 @@ def _with_model_alone(problem: Problem, store: Checkpoint, say: Callable[[str], 
 
 def _in_words(key: Key) -> str:
     return f"effect{'s' if len(key) > 1 else ''} {' and '.join(key)}" if key else "the model alone"
-
-
-def _rising(say: Say) -> Say:
-    """The same, with a number of sets that are done which never falls, though a search may begin again with forces."""
-    most = 0
-
-    def rising(message: str, done: int, total: int) -> None:
-        nonlocal most
-        most = max(most, done)
-        say(message, most, max(total, most))
-
-    return rising
 
 
 def _fit_library(found: Search, say: Say, expected: int, workers: int, *, widen: bool) -> Search:
