@@ -130,3 +130,23 @@ def test_what_the_most_probable_answer_holds_beside_what_is_named_is_no_next_ans
     other = replace(more, effects=("heading_bias",), probability=0.2)
     apart = replace(found, hypotheses=(first, other))
     assert text.which_in_words(apart).endswith("The next probable answer is heading offset (20 %).")
+
+
+def test_noise_far_above_the_stated_one_is_told() -> None:
+    """Of a boat whose simulator had another form, a heading of 0.5 deg had a noise of 2.9 deg that it "met"."""
+    found = diagnosis("effects")
+    assert "far above" not in gap.gap_in_words(found)
+    u, psi, x = found.noise
+    noise = (replace(u, declared=0.02), replace(psi, declared=0.002, slow=0.012), replace(x, declared=0.5))
+    assert (
+        "The noise was estimated far above what the study states for psi (6.1 times): motion that the model lacks may "
+        "be in it."
+    ) in gap.gap_in_words(replace(found, noise=noise))
+
+
+def test_free_terms_that_were_not_fitted_are_not_compared() -> None:
+    found = diagnosis("effects")
+    assert found.validation is not None
+    assert "Free terms" in text.validation_in_words(found)
+    without = replace(found, validation=replace(found.validation, control=0.0))
+    assert "Free terms" not in text.validation_in_words(without)

@@ -268,7 +268,8 @@ def validation_in_words(diagnosis: Diagnosis) -> str:
         if shrinks_surely(validation)
         else f"{capitalized(unproven_in_words(validation))}."
     )
-    if math.isfinite(validation.control):
+    # Exactly none is what a refit without free terms explains: of a simulator without ports there are none.
+    if math.isfinite(validation.control) and validation.control != 0.0:
         nearer = f"explain {whole_percent(validation.control)}" if validation.control > 0.0 else "come no nearer"
         text += f" Free terms in the equations, fitted instead of effects, {nearer}."
     return f"{text} Left out were sections of the one trial, whose others are less of a check." if alone else text
