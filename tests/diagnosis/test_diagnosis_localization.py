@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import small_case as small
 
+from seatruth.diagnosis import localization as module
 from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.localization import BLOCKS, by_channel, in_region, in_time, shares, whitened
 from seatruth.diagnosis.prediction_errors import noise_deviation
@@ -123,3 +124,10 @@ def test_a_run_that_diverges_is_as_far_off_as_can_be_and_in_no_cell(found: Searc
     assert np.isinf(times["misfit"]).any()
     assert times.loc[np.isinf(times["misfit"]), "significant"].all()
     assert not in_region(problem, white, point)["p"].isna().any()
+
+
+def test_an_end_that_is_zero_but_for_rounding_is_zero() -> None:
+    values = np.concatenate([np.linspace(-8.0, 0.0, 50), np.full(200, 1.5e-22), np.linspace(0.1, 7.0, 50)])
+    ends = {end for _, low, high, _ in module._cells("r", values) for end in (low, high)}
+    assert 0.0 in ends
+    assert all(end == 0.0 or abs(end) > 1e-6 for end in ends)

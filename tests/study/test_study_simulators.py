@@ -6,6 +6,7 @@ import json
 import shutil
 import time
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -301,6 +302,10 @@ def slow_boat(pause: float) -> Study:
 
 def test_a_slow_function_of_python_is_forecast_as_an_fmu_is(capsys: pytest.CaptureFixture[str]) -> None:
     identify, diagnose = forecast(slow_boat(0.1), threads=2)
+    assert identify.own_s == 0.0 < diagnose.own_s < 0.1
+    assert diagnose.seconds == pytest.approx((diagnose.evaluation_s + diagnose.own_s) * diagnose.expected)
+    quick = replace(diagnose, evaluation_s=diagnose.own_s, processes=1)
+    assert "s of seatruth's own)" in str(quick)
     assert identify.evaluation_s == pytest.approx(0.2, abs=0.1)
     assert (identify.processes, identify.expected) == (1, 24)
     assert diagnose.expected > identify.expected

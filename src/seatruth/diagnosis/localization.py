@@ -181,6 +181,10 @@ def _variables(problem: Problem, point: Point) -> dict[str, tuple[str, Array]]:
     return found
 
 
+_ROUNDING = 1e-9
+"""End of a cell over the range of all, below which it is zero. Chosen here [S]."""
+
+
 def _cells(name: str, values: Array) -> list[tuple[str, float, float, Any]]:
     """Words, ends and rows of each cell of a variable; what is NaN, as where a run diverges, is in none."""
     if name == "heading":
@@ -189,7 +193,9 @@ def _cells(name: str, values: Array) -> list[tuple[str, float, float, Any]]:
         points = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
         return [(points[k], (k - 0.5) * width, (k + 0.5) * width, sector == k) for k in range(SECTORS)]
     known = values[np.isfinite(values)]
-    edges = np.unique(np.quantile(known, np.linspace(0.0, 1.0, CELLS + 1))) if known.size else known
+    edges = np.quantile(known, np.linspace(0.0, 1.0, CELLS + 1)) if known.size else known
+    # Zero but for rounding is zero: it ends a cell as one number, not as 1.5e-22.
+    edges = np.unique(np.where(np.abs(edges) < _ROUNDING * np.ptp(edges), 0.0, edges)) if known.size else known
     found = []
     for low, high in itertools.pairwise(edges):
         last = high == edges[-1]
