@@ -150,3 +150,13 @@ def test_free_terms_that_were_not_fitted_are_not_compared() -> None:
     assert "Free terms" in text.validation_in_words(found)
     without = replace(found, validation=replace(found.validation, control=0.0))
     assert "Free terms" not in text.validation_in_words(without)
+
+
+def test_a_trial_that_nothing_asks_for_is_told_as_such() -> None:
+    """Under "cannot decide" it said that no two effects were left to separate."""
+    for kind, said in (("unknown", "None is suggested"), ("effects", "No two effects of the library are left")):
+        found = diagnosis(kind)
+        suggested = diagnosis("effects").next_trial
+        assert suggested is not None
+        alone = replace(found, next_trial=replace(suggested, survivors=("current",)))
+        assert text.next_in_words(alone).startswith(said)

@@ -281,6 +281,8 @@ def next_in_words(diagnosis: Diagnosis, *, detailed: bool = True) -> str:
     if suggested is None:
         return "This run did not look for one."
     if len(suggested.survivors) < 2:
+        if diagnosis.verdict.kind in ("unknown", "underpowered"):
+            return "None is suggested: a trial is chosen to separate effects in question, and no two of them are."
         return "No two effects of the library are left that a further trial would have to separate."
     causes = listed([survivor(diagnosis, name) for name in suggested.survivors], 4)
     if not suggested.manoeuvre:
