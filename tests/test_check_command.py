@@ -80,6 +80,18 @@ def test_one_drop_out_of_a_receiver_is_said_once_for_all_that_it_gives(capsys: p
     assert "channel 'r': No valid sample from t = 2 to 9 s." in shown
 
 
+def test_what_is_found_twice_in_each_trial_is_said_twice_for_all(capsys: pytest.CaptureFixture[str]) -> None:
+    """Of an ROV whose rate was in another unit each of five trials had the second line by itself."""
+    findings = [
+        Finding("error", "unit", said, f"{trial}.csv, channel 'r'", "State it.", trial, "r")
+        for trial in ("turn", "run", "stop")
+        for said in ("It reaches 77 rad/s.", "psi changes by 0.017 times its integral.")
+    ]
+    check._show(findings, "nothing found")
+    shown = " ".join(capsys.readouterr().out.split())
+    assert shown.count("Also in 'run' and 'stop'.") == shown.count("[unit]") == 2
+
+
 def test_the_effects_of_a_diagnosis_are_listed_where_they_are_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
     with as_file(files("seatruth") / "sample") as folder:
         assert call("check", str(folder / "diagnose.toml"), "--effects") == 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -126,12 +127,12 @@ def _of_channels(first: Finding, others: Sequence[Finding]) -> str:
 def _alike(findings: Sequence[Finding]) -> list[list[Finding]]:
     """Findings of one kind about one channel, a trial each, together: all logs of a logger have the same faults."""
     groups: dict[tuple[object, ...], list[Finding]] = {}
+    before = Counter[tuple[object, ...]]()
     for number, finding in enumerate(findings):
-        key = (finding.severity, finding.code, finding.channel) if finding.trial else (number,)
-        same = groups.setdefault(key, [])
-        if finding.trial and any(other.trial == finding.trial for other in same):
-            same = groups.setdefault((*key, number), [])
-        same.append(finding)
+        key: tuple[object, ...] = (finding.severity, finding.code, finding.channel) if finding.trial else (number,)
+        # The first of each trial together, then the second ones: what one logger does twice it does twice in all.
+        groups.setdefault((*key, before[*key, finding.trial]), []).append(finding)
+        before[*key, finding.trial] += 1
     # One drop-out of a receiver is missing in all that it gives.
     together: dict[tuple[object, ...], list[Finding]] = {}
     for number, same in enumerate(groups.values()):

@@ -52,8 +52,8 @@ class _Compared:
         return float(self.change @ self.change)
 
     def expected(self, lag: float) -> Array:
-        ends = (np.interp(when - lag, self.t, self.total) for when in (self.last, self.first))
-        return np.asarray(next(ends) - next(ends), dtype=np.float64)
+        at_last = np.interp(self.last - lag, self.t, self.total)
+        return np.asarray(at_last - np.interp(self.first - lag, self.t, self.total), dtype=np.float64)
 
     def rest(self, lag: float) -> float:
         """Sum of squares that no multiple of what is expected explains."""
