@@ -253,9 +253,10 @@ def test_what_trials_on_one_course_cannot_tell_is_said_to_be_what_it_looks_like(
 def test_what_may_be_a_part_of_another_form_is_said_to_be_what_it_looks_like() -> None:
     text = said("unknown", part=["added-mass error"])
     assert (
-        "It looks like added-mass error, but forces of no name are missing beside it: a model of another form" in text
+        "It looks like added-mass error, but forces of unknown cause are missing beside it: a model of another form"
+        in text
     )
-    assert "forces of no name" not in said("unknown")
+    assert "forces of unknown cause" not in said("unknown")
     assert "It looks like added-mass error" in said("underpowered", part=["added-mass error"])
 
 

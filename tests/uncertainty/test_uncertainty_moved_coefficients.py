@@ -38,7 +38,7 @@ def test_an_error_larger_than_the_prior_s_does_not_make_it_less_sure() -> None:
 
 
 def test_beside_forces_of_no_name_it_is_half_of_the_story() -> None:
-    """Of an ROV a bollard pull of 235 +- 30 N came out at 64, and forces of no name held what it lacked."""
+    """Of an ROV a bollard pull of 235 +- 30 N came out at 64, and forces of unknown cause held what it lacked."""
     one = Coefficient("k_V", "N", 235.0, 30.0, 64.0, 16.0)
     (found,) = moved_coefficients({"k_V"}, [one], beside_forces=True)
     assert "read it together with the formula of what is missing" in found.do

@@ -1,7 +1,7 @@
 """Which effects are fitted alone, and which beside a leading set.
 
 All are compared by one linearization first. Where that may be wrong by far, others are fitted as well: those without a
-slope at their null, those that explain most without forces of no name, and the first of each family.
+slope at their null, those that explain most without missing forces, and the first of each family.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from seatruth.diagnosis.screening import screen
 _CURVED = 5
 """Effects without a slope at their null, such as a play, that are fitted alone though others come first. [S]"""
 WITHOUT = 2
-"""Effects that explain most without forces of no name, which are fitted with them whatever is linearized there. [S]"""
+"""Effects that explain most without missing forces, which are fitted with them whatever is linearized there. [S]"""
 _PROBABLE = 0.05
 """Probability over that of no effect from which a set could matter. [S]"""
 _ALIKE = 3.0

@@ -6,7 +6,7 @@ the lowest common ancestor of its members. Nothing is named whose gain on trials
 that of an effect that can stand in its place: where all of an answer falls for that, the most probable answer without
 it is asked. A term of the model's forces, or a factor on what its rudder or propeller gives, is not named where others
 are missing beside it: it is then a part of a model of another form, and stands for no cause. Damping across the flow
-and in turns counts for what it explains beyond forces of no name, since damping of another form looks the same; a
+and in turns counts for what it explains beyond forces of unknown cause, since damping of another form looks the same; a
 factor on all thrust beside another cause is not named, which a resistance of another form looks like. Where all trials
 are on one course, what keeps its direction on the earth is not named beside other missing forces either: it is then a
 force ahead or to one side, as a model of another form has them. A term that is refused takes nothing with it: its part

@@ -2,7 +2,7 @@
 
 A drift that is off in proportion to the rate of turn shows as a receiver ahead of its place, and at an even speed a
 late receiver moves positions nearly alike. Which of both it is the rest of the motion tells: as the speed changes, as a
-turn begins, and by what forces of no name take up in the equations. So a place ahead is fitted instead of the delay.
+turn begins, and by what missing forces take up in the equations. So a place ahead is fitted instead of the delay.
 """
 
 from __future__ import annotations

@@ -30,8 +30,8 @@ def part_of_it(titles: Sequence[str]) -> str:
         return ""
     them = "it" if len(titles) == 1 else "them"
     return (
-        f"It looks like {listed(titles)}, but forces of no name are missing beside {them}: a model of another form "
-        "looks the same."
+        f"It looks like {listed(titles)}, but forces of unknown cause are missing beside {them}: a model of another "
+        "form looks the same."
     )
 
 

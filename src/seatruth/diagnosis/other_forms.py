@@ -3,7 +3,7 @@
 A set of effects with cross-flow drag, or a speed loss in turns, has a twin: the same set without the term, on a vehicle
 whose damping has another form than its model's, for which the term stands. Where forces that the model lacks stand
 beside the term, both fit the trials, and how often each was the truth decides. Without such forces the term describes
-the trials alone, and where it explains enough beyond forces of no name, it is mostly the cause. A factor on all thrust
+the trials alone, and where it explains enough beyond missing forces, it is mostly the cause. A factor on all thrust
 that stands beside another effect has a twin, too: with refitted coefficients it is a resistance that rises otherwise
 with the speed. For what trials left out refuse it is taken to be the same as for a term beside forces [S].
 
@@ -186,7 +186,7 @@ def with_other_forms(
     """The hypotheses, each that has such a term with its twin beside it; the most probable first.
 
     The two share its probability; the twin is one with discrepancy, and `like` names what stands for that. `outdone`
-    are effects that terms of no name outdo on trials left out: they only take the shape of another form, and have twins
+    are effects that free terms outdo on trials left out: they only take the shape of another form, and have twins
     as well.
     """
     shared, found = list[Hypothesis](), list(found)

@@ -1,4 +1,4 @@
-"""Whether what is named comes nearer to trials left out than nothing does, than terms of no name, or than a part of it.
+"""Whether what is named comes nearer to trials left out than nothing does, than free terms, or than a part of it.
 
 Where it does not, a model of another form explains the trials, and the effects only take its shape.
 """
@@ -36,7 +36,7 @@ _MISSED = 0.25
 acted, from which it does not act. [S] 10 % of the depth, of a glider whose hull its model has too slippery, fell short
 by 0.96; the bias of a ship's gyro in a basin, which moves its runs by a fortieth of what they miss, by nothing."""
 _LITTLE = 0.1
-"""Part of the gap that terms of no name may close on trials left out, for what is of its own in each trial to stand by
+"""Part of the gap that free terms may close on trials left out, for what is of its own in each trial to stand by
 what it closes itself. [S] Of a glider in a current of its own in each dive they closed 0.4 %, and the current 95 %."""
 _NO_FARTHER = 0.05
 """Part of the gap by which trials left out may be missed by more with a certain error of a sensor that hides in it. [S]
@@ -57,7 +57,7 @@ def without_outdone(
     *,
     strays: bool = True,
 ) -> Decision:
-    """The decision, where what it names predicts more of trials left out than nothing, or terms of no name, do.
+    """The decision, where what it names predicts more of trials left out than nothing, or free terms, do.
 
     Where the gap does not shrink surely on trials left out, and free terms in the equations, the same in all trials,
     shrink it more, or nothing does, and the terms shrink it no less than together with the named effects, then a model

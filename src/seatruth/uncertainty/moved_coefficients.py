@@ -45,7 +45,7 @@ def moved_coefficients(
     Args:
         stated: the names of those whose priors the study states: one that nobody stated is no belief to be far from.
         coefficients: the fitted ones.
-        beside_forces: whether they were fitted beside forces of no name.
+        beside_forces: whether they were fitted beside forces of unknown cause.
 
     Example:
         >>> far, near = Coefficient("T", "s", 6.0, 1.0, 11.0, 0.5), Coefficient("K", "1/s", 1.0, 0.1, 1.1, 0.1)
@@ -81,10 +81,10 @@ def _finding(one: Coefficient, *, beside_forces: bool) -> Finding:
         " model lacks."
     )
     if beside_forces:
-        # Of an ROV whose thrust has another form, a bollard pull of 235 N was 64; forces of no name held the rest.
+        # Of an ROV whose thrust has another form, a bollard pull of 235 N was 64; missing forces held the rest.
         do = (
-            "Forces of no name were fitted beside it, and may hold the rest of what it stands for: read it together"
-            f" with the formula of what is missing. {do}"
+            "Forces of unknown cause were fitted beside it, and may hold the rest of what it stands for: read it"
+            f" together with the formula of what is missing. {do}"
         )
     elif one.at_bound or one.stderr > one.prior_sd:
         text += (
