@@ -263,3 +263,17 @@ def test_a_set_that_explains_more_than_a_raised_one_is_not_behind_it() -> None:
     heat = 1.0 + 0.053 * 187.0
     assert raised[2] == pytest.approx(raised[1] + (887.0 - 846.0 - 5.7) / heat)
     assert raised[3:] == pytest.approx(found[3:]), "what explains less stays where it was"
+
+
+def test_what_is_raised_to_another_set_raises_what_stands_beside_it() -> None:
+    """A heading bias beside two thrusters had 37 %, though 13 nats ahead: these were raised after it."""
+    keys = [("current",), ("current", "port"), ("bias", "current", "port"), ("current", "port", "starboard")]
+    keys.append(("bias", "current", "port", "starboard"))
+    evidence = np.array([897.0, 976.0, 1040.0, 1155.0, 1168.0])
+    beside = {"on_board": {"port", "starboard"}, "currents": {"current"}}
+    raised = errors_beside_forces(
+        evidence / 59.0, evidence, keys, [True] * 5, {"bias"}, 5.7, 1.0, 0.053, **beside
+    )  # fmt: skip
+    assert raised[3] >= raised[2]
+    counts = (13.0 - 5.7) / (1.0 + 0.053 * 13.0)
+    assert raised[4] == pytest.approx(raised[3] + counts)

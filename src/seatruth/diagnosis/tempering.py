@@ -255,42 +255,44 @@ def errors_beside_forces(
         >>> errors_beside_forces(evidence / 16.0, evidence, keys, [True] * 3, {"gyro_bias"}, 5.7, 1.0, 0.05).round(1)
         array([18.1, 28.2,  1.9])
     """
-    on_currents = np.zeros(len(keys), dtype=np.bool_)
     raised, places, best = found.copy(), dict[tuple[str, ...], int](), dict[tuple[str, ...], float]()
     for place, (key, on) in enumerate(zip(keys, forces, strict=True)):
         best[key] = max(float(evidence[place]), best.get(key, -math.inf))
         if on:
             places[key] = place
-    for key, place in sorted(places.items(), key=lambda one: len(one[0])):
-        for name in key:
-            rest = places.get(tuple(other for other in key if other != name), -1)
-            if rest >= 0 and raised[rest] > found[rest] and evidence[place] > evidence[rest]:
-                # A further effect counts beside what was raised for what it did before.
-                raised[place] = max(raised[place], raised[rest] + max(0.0, found[place] - found[rest]))
-                on_currents[place] |= on_currents[rest]
-            apart = name in sensors or (name in on_board and {*key} - {name} <= {*currents})
-            if not apart or len(key) < 2 or rest < 0:
-                continue
-            if (name,) in places and evidence[places[name,]] > evidence[rest]:
-                continue
-            gain = float(evidence[place]) - best[keys[rest]]
-            # What explains less than its part is behind it in full.
-            counts = min(gain, 0.0) + max(0.0, gain - unseen) / (temperature + model_form * max(0.0, gain))
-            on_currents[place] |= name not in sensors and raised[rest] + counts > raised[place]
-            raised[place] = max(raised[place], raised[rest] + counts)
-    above = raised > found
     many = np.array([len(key) for key in keys], dtype=np.intp)
     of_sensors = np.array([{*key} <= {*sensors} for key in keys], dtype=np.bool_)
+    above, on_currents = np.zeros((2, len(keys)), dtype=np.bool_)
     alone = evidence[many == 0]
     lowest = float(alone.max() if alone.size else evidence.min())
     heat = temperature + model_form * max(0.0, float(evidence.max()) - lowest)
-    for number in np.unique(many[above]):
+    # The fewer effects first: what is raised there, what stands beside it is raised from.
+    for number in np.unique(many):
+        for key, place in places.items():
+            for name in key if len(key) == number else ():
+                rest = places.get(tuple(other for other in key if other != name), -1)
+                if rest >= 0 and raised[rest] > found[rest] and evidence[place] > evidence[rest]:
+                    # A further effect counts beside what was raised for what it did before.
+                    raised[place] = max(raised[place], raised[rest] + max(0.0, found[place] - found[rest]))
+                    on_currents[place] |= on_currents[rest]
+                apart = name in sensors or (name in on_board and {*key} - {name} <= {*currents})
+                if not apart or len(key) < 2 or rest < 0:
+                    continue
+                if (name,) in places and evidence[places[name,]] > evidence[rest]:
+                    continue
+                gain = float(evidence[place]) - best[keys[rest]]
+                # What explains less than its part is behind it in full.
+                counts = min(gain, 0.0) + max(0.0, gain - unseen) / (temperature + model_form * max(0.0, gain))
+                on_currents[place] |= name not in sensors and raised[rest] + counts > raised[place]
+                raised[place] = max(raised[place], raised[rest] + counts)
+        above |= (raised > found) & (many == number)
         rows, less = np.flatnonzero(many == number), np.flatnonzero((many == number) & above)
         ahead = evidence[rows][:, None] - evidence[less][None, :] - unseen
         # What acts on the vehicle may take the form of what stands beside an error of a sensor, and stays behind it.
         comes = (ahead > 0.0) & (of_sensors[rows][:, None] | on_currents[less][None, :])
         least = np.where(comes, raised[less][None, :] + ahead / heat, -math.inf)
         raised[rows] = np.maximum(raised[rows], least.max(axis=1, initial=-math.inf))
+        on_currents[rows] |= (comes & on_currents[less][None, :]).any(axis=1)
     for place, (key, on) in enumerate(zip(keys, forces)):
         # The same set without forces, which needs them not, is behind it by no more than its evidence.
         if not on and key in places and above[places[key]]:
