@@ -25,7 +25,6 @@ from seatruth.trials.finding import Finding
 from seatruth.trials.trial import Trial
 
 _PAIRS = (("psi", "r"), ("theta", "q"), ("phi", "p"))
-_CLOCK = "clock-offset"
 _DEGREES = 180.0 / np.pi
 _PER_MINUTE = 1.0 / 60.0
 _NEARLY = 4 * limits.KNOWN_SCALE
@@ -51,7 +50,7 @@ def check_common_lags(trials: Sequence[Trial], known: Sequence[Finding]) -> list
         both = [trial for trial in trials if has_channels(trial, angle, rate)]
         lag = common_lag([(trial.t, trial.channel(angle), euler_rate(trial, angle)) for trial in both])
         if lag is not None:
-            findings = [one for one in findings if one.code != _CLOCK or one.channel not in (angle, rate)]
+            findings = [one for one in findings if one.code != "clock-offset" or one.channel not in (angle, rate)]
             findings.append(_clock_of_all(angle, rate, lag))
     return findings
 
@@ -224,7 +223,7 @@ def _clock(trial: Trial, angle: str, rate: str, lag: Lag) -> Finding:
     return make_finding(
         trial,
         "warning",
-        _CLOCK,
+        "clock-offset",
         f"{late} comes {abs(lag.seconds):.3g} s after {early} (standard error {lag.error:.1g} s): without that, they "
         f"disagree by {100 * lag.after:.1g} % instead of {100 * lag.before:.2g} %.",
         _shift(late, lag.seconds)
@@ -238,7 +237,7 @@ def _clock_of_all(angle: str, rate: str, lag: CommonLag) -> Finding:
     each = np.sort(np.abs(lag.seconds))
     return Finding(
         "warning",
-        _CLOCK,
+        "clock-offset",
         f"{late} comes after {early} in each of {each.size} trials, by {each[0]:.2g} to {each[-1]:.2g} s: without "
         f"that, they disagree by {100 * lag.after:.2g} % instead of {100 * lag.before:.2g} %.",
         "all trials",
