@@ -50,7 +50,12 @@ def check_common_lags(trials: Sequence[Trial], known: Sequence[Finding]) -> list
         both = [trial for trial in trials if has_channels(trial, angle, rate)]
         lag = common_lag([(trial.t, trial.channel(angle), euler_rate(trial, angle)) for trial in both])
         if lag is not None:
-            findings = [one for one in findings if one.code != "clock-offset" or one.channel not in (angle, rate)]
+            names = {trial.name for trial in both}
+            findings = [
+                one
+                for one in findings
+                if one.code != "clock-offset" or one.channel not in (angle, rate) or one.trial not in names
+            ]
             findings.append(_clock_of_all(angle, rate, lag))
     return findings
 

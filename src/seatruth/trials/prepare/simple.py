@@ -171,11 +171,12 @@ def unwrap(trial: Trial, options: Unwrap) -> tuple[Trial, str]:
     for name in chosen_channels(trial, options.channels, present):
         values = trial.channel(name).copy()
         ok = np.isfinite(values)
-        jumps_of_360 = np.flatnonzero(np.abs(np.abs(np.diff(values[ok])) - 360.0) < _NEARLY_A_TURN)
-        if jumps_of_360.size:
+        steps = np.abs(np.diff(values[ok]))
+        turns = np.flatnonzero(np.abs(steps - 360.0) < _NEARLY_A_TURN)
+        if turns.size:
             raise BadInput(
-                f"it jumps by {np.abs(np.diff(values[ok]))[jumps_of_360[0]]:.4g} rad: it is in degrees",
-                where=f"trial {trial.name!r}, channel {name!r}, t = {trial.t[ok][jumps_of_360[0] + 1]:.6g} s",
+                f"it jumps by {steps[turns[0]]:.4g} rad: it is in degrees",
+                where=f"trial {trial.name!r}, channel {name!r}, t = {trial.t[ok][turns[0] + 1]:.6g} s",
                 do=f"State its unit in [channels]: unit = 'deg' for {name}.",
             )
         values[ok] = np.unwrap(values[ok])
