@@ -79,8 +79,8 @@ class EffectResult:
     predictive_gain: float
     """Log predictive density of the trials, each given others, with it less without it (nats); NaN where not asked."""
     predictive_gain_lower: float
-    """One-sided 95 % bound of the same: an effect is named only where this is positive, or where the refitted model meets
-    its noise and the gain is clear without its best trial."""
+    """One-sided 95 % bound of the same: an effect is named only where this is positive, or where the refitted model
+    meets its noise and the gain is clear without its best trial."""
     prior_deviations: float
     """Largest distance of a parameter from its null in prior standard deviations."""
 
