@@ -39,7 +39,7 @@ def test_sections_hold_every_sample_once_with_its_time(sizes: list[int], section
         own = [part for part in parts if whole_name(part.name) == trial.name]
         assert np.array_equal(np.concatenate([part.t for part in own]), trial.t)
         assert np.array_equal(np.concatenate([part.outputs["r"] for part in own]), trial.outputs["r"])
-        assert len(own) == 1 or min(len(part) for part in own) >= 49
+        assert len(own) == 1 or min(len(part) for part in own) >= 24
     assert sorted(k for group in left_out_together(parts) for k in group) == list(range(len(parts)))
 
 

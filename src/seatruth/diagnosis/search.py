@@ -20,6 +20,7 @@ from seatruth.diagnosis.directions import fit_along_waves, fit_directions
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.forces_beside import forces_wanted, may_do_without
 from seatruth.diagnosis.gross_sizes import with_gross_sizes
+from seatruth.diagnosis.growth import Growth
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search, comparable, strays
 from seatruth.diagnosis.hypothesis_fits import ensure, fit_both, fit_null, fit_once
 from seatruth.diagnosis.initial_guess import forces_instead, in_all_trials, in_each_trial, likely_values
@@ -132,10 +133,18 @@ def _searched(
 def _begun(problem: Problem, store: Checkpoint, say: Say, expected: int, *, may_cut: bool) -> Search:
     """A search with the model alone fitted: to whole trials, or to sections of them where no fit follows whole ones.
 
-    Where it cannot be fitted to sections either, it is not the length of the runs, and they stay whole.
+    Trials along which runs part too fast are cut at once. Where it cannot be fitted to sections either, it is not the
+    length of the runs, and they stay whole.
     """
-    sections = most_sections(problem.trials) if may_cut and problem.few_runs is None else 1
-    for count, cut in ((1, sections > 1), (sections, True), (1, False)):
+    may_cut = may_cut and problem.few_runs is None
+    grown = Growth(problem) if may_cut else None
+    if grown is not None and grown.is_too_far and grown.sections > 1:
+        sections = grown.sections
+        order = [(sections, True), (1, False)]
+    else:
+        sections = most_sections(problem.trials) if may_cut else 1
+        order = [(1, sections > 1), (sections, True), (1, False)]
+    for count, cut in order:
         try:
             whole = problem if count == 1 else problem.in_sections(count)
             found = _with_model_alone(whole, store, lambda text: say(text, 0, expected), may_cut=cut)

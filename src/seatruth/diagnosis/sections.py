@@ -20,8 +20,10 @@ from seatruth.trials.trial import Trial
 MOST = 8
 """Sections of the longest trial at most. [S] Of a catamaran whose runs of 120 to 200 s could not be fitted, every fit
 came to its end in sections of 25 s, and half of them in sections of 50 s."""
-_FEWEST = 50
-"""Samples of a section at least. [S] Initial states and forces take some twenty unknowns of each."""
+_USUAL = 50
+"""Samples of such a section at least. [S] Initial states and forces take some twenty unknowns of each."""
+FEWEST = 25
+"""Samples of a section at least where runs part fast (`growth.py`). [S] Of six channels, 150 numbers."""
 
 _LEAST_KNOTS = 3
 """Knots of a section's forces at least: with two a force could not rise and fall again. [S]"""
@@ -47,7 +49,7 @@ def in_sections(trials: Sequence[Trial], settings: Settings) -> list[Trial]:
     length = max(trial.duration for trial in trials) / settings.sections
     found: list[Trial] = []
     for trial in trials:
-        count = max(1, min(round(trial.duration / length), len(trial) // _FEWEST))
+        count = max(1, min(round(trial.duration / length), len(trial) // FEWEST))
         ends = [round(k * len(trial) / count) for k in range(count + 1)]
         names = [trial.name] if count == 1 else [f"{trial.name}{SECTION}{k + 1}" for k in range(count)]
         found += [trial.section(ends[k], ends[k + 1], name) for k, name in enumerate(names)]
@@ -85,21 +87,20 @@ def left_out_together(trials: Sequence[Trial]) -> list[list[int]]:
 
 def most_sections(trials: Sequence[Trial]) -> int:
     """Sections into which the longest of these trials, whole, is cut at most; 1 where none is long enough."""
-    return min(MOST, max(len(trial) for trial in trials) // _FEWEST) or 1
+    return min(MOST, max(len(trial) for trial in trials) // _USUAL) or 1
 
 
 def finding(trials: Sequence[Trial], sections: int) -> Finding:
     """What is said of trials that were cut into sections, of these."""
     seconds = max(trial.duration for trial in trials) / sections
     text = (
-        "Over whole trials a fit of the model did not come to its end, or its runs lost the heading: a small change of "
-        "a coefficient turns a long run into another one. Trials were cut into sections of about "
-        f"{seconds:.2g} s with initial states of their own. What only the ends of long runs show, such as a slow "
-        "drift, is lost. Errors are those of the sections."
+        "A small change of a coefficient or of the first motion turns a long run into another one, so that no fit "
+        f"follows whole trials. They were cut into sections of about {seconds:.2g} s with initial states of their "
+        "own. What only the ends of long runs show, such as a slow drift, is lost. Errors are those of the sections."
     )
     do = (
-        "This is usual for a vehicle whose course an autopilot holds, as most ROVs. Coefficients nearer to the truth "
-        "(`seatruth identify`), or trials of a minute in place of many, may follow whole."
+        "This is usual for a vehicle whose course a pilot or an autopilot holds, as most ROVs. Where coefficients are "
+        "far off, better ones (`seatruth identify`) may follow whole trials."
     )
     return Finding("warning", "trials-in-sections", text, "trials", do)
 
