@@ -9,6 +9,7 @@ import pytest
 from nomoto_ship import SHIP, begun, call, write_ship
 
 from seatruth.commands import check
+from seatruth.costs.growth import Growth
 from seatruth.trials.finding import Finding
 
 
@@ -114,3 +115,10 @@ def test_nothing_is_called_identified_where_runs_lose_the_record(
     assert "psi is missed by" in shown
     assert "Check again with values that follow the trials." in shown
     assert "A best std. error is a bound" not in shown
+    # Where a pilot holds what would turn by itself, no values follow.
+    monkeypatch.setattr(Growth, "is_too_far", True)
+    monkeypatch.setattr(Growth, "sections", 4)
+    assert call("check", "zigzag.toml") in (0, 1)
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "No values may follow whole trials: a small error grows" in shown
+    assert "set `segments = " in shown

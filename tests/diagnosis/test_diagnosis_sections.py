@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import seatruth.sample
+from seatruth.costs.growth import Growth
 from seatruth.diagnosis import hypothesis_fits
 from seatruth.diagnosis import search as searching
 from seatruth.diagnosis.discrepancy.model import force_input
@@ -111,6 +112,19 @@ def test_trials_are_cut_where_the_model_alone_cannot_be_fitted_to_whole_ones(
     longest = max(len(trial) for trial in problem.trials)
     assert len(found.problem.trials) == len(problem.trials) if sections == 1 else longest >= 50 * sections
     assert "sections of about" in finding(study.trials, 2).message
+
+
+def test_trials_along_which_runs_part_are_cut_before_anything_is_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a vehicle held by its pilot, four minutes of fits to whole trials ended in a false answer."""
+    problem = Problem(seatruth.sample.load("diagnose.toml"), load_effects(["current"]), Settings())
+    fitted: list[int] = []
+    monkeypatch.setattr(searching, "fit_null", lambda found, _: fitted.append(found.problem.settings.sections))
+    monkeypatch.setattr(Growth, "sections", property(lambda _: 2))
+    for too_far, may_cut, sections in ((False, True, 1), (True, False, 1), (True, True, 2)):
+        monkeypatch.setattr(Growth, "is_too_far", property(lambda _: too_far))  # noqa: B023
+        searching._begun(problem, Checkpoint(None, ""), lambda *_: None, 10, may_cut=may_cut)
+        assert fitted.pop() == sections
+        assert not fitted
 
 
 @pytest.mark.slow

@@ -13,10 +13,11 @@ from astray_boat import NOISE, Boat, runs, study
 
 from seatruth import Estimate, identify
 from seatruth.costs import cost_of
+from seatruth.costs.growth import Growth
 from seatruth.costs.options import TrajectoryOptions
 from seatruth.optimizers import Budget
 from seatruth.trials import Trials
-from seatruth.uncertainty.reliability import motion, short_of_minimum, step_to_minimum, stray_runs
+from seatruth.uncertainty.reliability import motion, short_of_minimum, step_to_minimum, stray_finding, stray_runs
 
 WRONG = {"K": -1.0, "U": -3.0}
 """Start values from which the search ends half a turn off: the boat goes astern along the track, turned round."""
@@ -185,3 +186,18 @@ def test_a_fall_counts_by_the_misfit_and_advice_is_not_what_is_done_already() ->
     budget = short_of_minimum(50.0, "budget", polished=True)
     assert budget is not None
     assert budget.do.startswith("Give it more evaluations")
+
+
+def test_runs_that_no_start_leads_back_to_their_records_are_said_to_be_such(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of an ROV held by its pilot the search was told of a wrong optimum, and how long a segment may be was not."""
+    cost = cost_of(study(2))
+    stray = stray_runs(cost, [y + 10.0 for y in cost.predict(cost.start)])
+    assert stray
+    plain = stray_finding(stray, cost)
+    monkeypatch.setattr(Growth, "is_too_far", True)
+    monkeypatch.setattr(Growth, "sections", 4)
+    held = stray_finding(stray, cost)
+    assert "segments = ..." in plain.do
+    assert "grows" not in plain.message
+    assert "No run follows such trials whole: of this model a small error grows" in held.message
+    assert re.search(r"`segments = [\d.]+`", held.do)

@@ -144,6 +144,7 @@ def _alike(findings: Sequence[Finding]) -> list[list[Finding]]:
 
 def _preview(study: Study) -> pd.DataFrame:
     """Which parameters the trials can move, from the model's sensitivities at the start values."""
+    from seatruth.costs.growth import too_far
     from seatruth.uncertainty import prior_identifiability
     from seatruth.uncertainty.identifiability import verdicts_in_words
 
@@ -164,9 +165,16 @@ def _preview(study: Study) -> pd.DataFrame:
     console().print(table(["parameter", "value", "best std. error", "verdict"], rows, numbers=("value",)))
     if missed := missed_angle(misses(study, study.simulate())):
         # Of an ROV that misses its heading by three turns a pull of 235 N was "identified" to 0.03 N.
+        grown = too_far(study)
         say(
-            f"At the start values {missed}: the standard errors above hold there, and not where a fit ends. Check "
-            "again with values that follow the trials."
+            f"At the start values {missed}: the standard errors above hold there, and not where a fit ends. "
+            + (
+                f"No values may follow whole trials: {grown}, as of a vehicle that a pilot or an autopilot holds. For "
+                f"`seatruth identify` set `segments = {grown.seconds:.2g}` in [cost]; `seatruth diagnose` cuts trials "
+                "by itself."
+                if grown
+                else "Check again with values that follow the trials."
+            )
         )
     else:
         say(verdicts_in_words(dict(frame["verdict"])))

@@ -14,13 +14,13 @@ from functools import partial
 
 import numpy as np
 
+from seatruth.costs.growth import Growth
 from seatruth.diagnosis.actuator_starts import anywhere
 from seatruth.diagnosis.choice import WITHOUT, additions, as_alone, may_matter, singles
 from seatruth.diagnosis.directions import fit_along_waves, fit_directions
 from seatruth.diagnosis.fit import Fit
 from seatruth.diagnosis.forces_beside import forces_wanted, may_do_without
 from seatruth.diagnosis.gross_sizes import with_gross_sizes
-from seatruth.diagnosis.growth import Growth
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search, comparable, strays
 from seatruth.diagnosis.hypothesis_fits import ensure, fit_both, fit_null, fit_once
 from seatruth.diagnosis.initial_guess import forces_instead, in_all_trials, in_each_trial, likely_values
@@ -137,7 +137,7 @@ def _begun(problem: Problem, store: Checkpoint, say: Say, expected: int, *, may_
     length of the runs, and they stay whole.
     """
     may_cut = may_cut and problem.few_runs is None
-    grown = Growth(problem) if may_cut else None
+    grown = _growth(problem) if may_cut else None
     if grown is not None and grown.is_too_far and grown.sections > 1:
         sections = grown.sections
         order = [(sections, True), (1, False)]
@@ -152,6 +152,13 @@ def _begun(problem: Problem, store: Checkpoint, say: Say, expected: int, *, may_
         except RunsBend:
             say(f"trials in {sections} sections" if count == 1 else "whole trials", 0, expected)
     return found
+
+
+def _growth(problem: Problem) -> Growth:
+    """How far runs of the model alone part along the records, as the study begins."""
+    at, space = problem.start, problem.space
+    run = problem.bound(at, space.varying)
+    return Growth(run, problem.theta(at), problem.trials, space.nominal(), problem.initial_names)
 
 
 def _with_model_alone(problem: Problem, store: Checkpoint, say: Callable[[str], None], *, may_cut: bool) -> Search:

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from seatruth.costs.growth import FEWEST
 from seatruth.diagnosis.settings import Settings
 from seatruth.models.base import SECTION, whole_name
 from seatruth.trials.finding import Finding
@@ -22,8 +23,6 @@ MOST = 8
 came to its end in sections of 25 s, and half of them in sections of 50 s."""
 _USUAL = 50
 """Samples of such a section at least. [S] Initial states and forces take some twenty unknowns of each."""
-FEWEST = 25
-"""Samples of a section at least where runs part fast (`growth.py`). [S] Of six channels, 150 numbers."""
 
 _LEAST_KNOTS = 3
 """Knots of a section's forces at least: with two a force could not rise and fall again. [S]"""

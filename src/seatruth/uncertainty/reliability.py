@@ -16,6 +16,7 @@ import scipy.linalg
 import scipy.optimize
 
 from seatruth.arrays import Array, Flags
+from seatruth.costs.growth import too_far
 from seatruth.costs.initial import InitialState
 from seatruth.costs.study_cost import StudyCost
 from seatruth.text import listed
@@ -106,15 +107,17 @@ def stray_finding(strays: Sequence[Stray], cost: StudyCost) -> Finding:
     """The finding that says which runs of a cost stray; it advises what the cost does not do already."""
     more = f" and {len(strays) - _MOST_NAMED} more" if len(strays) > _MOST_NAMED else ""
     named = listed([str(stray) for stray in strays[:_MOST_NAMED]])
-    ways = ["from segments (`segments = ...` in [cost])"]
+    grown = too_far(cost.problem)
+    ways = [f"from segments (`segments = {f'{grown.seconds:.2g}' if grown else '...'}` in [cost])"]
     if not any(isinstance(parameter, InitialState) for parameter in cost.parameters):
         ways.append('with free initial states (`initial = "free"`)')
     ways.append("from more starts (`starts = 20` in [optimizer])")
+    held = f" No run follows such trials whole: of this model {grown}." if grown else ""
     return Finding(
         "warning",
         "runs-stray",
         f"Simulated runs stray from the record ({len(strays)} of {len(cost.trials)}): {named}{more}. The search ended "
-        "at a wrong optimum, or the data or the model are wrong; standard errors do not cover that.",
+        "at a wrong optimum, or the data or the model are wrong; standard errors do not cover that." + held,
         "search",
         f"Check signs, units and the initial state; search {', or '.join(ways)}.",
         trial=strays[0].trial if len(strays) == 1 else "",
