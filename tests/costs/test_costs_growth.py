@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,7 +25,7 @@ class Yaw(Model):
     parameters = (Parameter("T", 10.0, "s", min=1e-99, max=1e3, vary=True),)
 
     @staticmethod
-    def rhs(s, i, p):
+    def rhs(s: Any, i: Any, p: Any) -> tuple[Any, ...]:
         return (0.1 * i.delta + s.r) / p.T, s.r
 
 
