@@ -21,7 +21,7 @@ import seatruth
 from seatruth import cli
 from seatruth.commands import common, init
 from seatruth.commands.identify import more_findings
-from seatruth.errors import BadInput, SeatruthWarning
+from seatruth.errors import DEBUG, BadInput, SeatruthWarning
 from seatruth.models.user_file import load_object
 from seatruth.storage.atomic import DiskFull, write_file
 from seatruth.trials.finding import Finding
@@ -98,7 +98,7 @@ def raising(problem: BaseException) -> Any:
 @pytest.mark.parametrize(
     ("problem", "code", "words"),
     [
-        (RuntimeError("boom"), 1, ["unexpected RuntimeError", "boom", "report it", common.DEBUG]),
+        (RuntimeError("boom"), 1, ["unexpected RuntimeError", "boom", "report it", DEBUG]),
         (OSError(errno.ENOSPC, "No space left on device"), 1, ["no space left on the disk"]),
         (PermissionError(errno.EACCES, "Permission denied", "x"), 1, ["Permission denied"]),
         (KeyboardInterrupt(), 130, ["nterrupted"]),
@@ -142,7 +142,7 @@ def test_check_is_named_for_findings_that_it_lists_alone() -> None:
 def test_the_traceback_is_there_for_those_who_ask(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setenv(common.DEBUG, "1")
+    monkeypatch.setenv(DEBUG, "1")
     monkeypatch.setattr(init, "read_log", raising(RuntimeError("boom")))
     assert call("init", "zigzag.csv") == 1
     assert "Traceback" in capsys.readouterr().err

@@ -10,6 +10,9 @@ import difflib
 import sys
 from collections.abc import Iterable
 
+DEBUG = "SEATRUTH_DEBUG"
+"""Set this environment variable to see the traceback of an unexpected error."""
+
 
 class SeatruthError(Exception):
     """Base of all errors of seatruth: what was wrong, where, and what to do.

@@ -56,6 +56,17 @@ def test_an_interrupt_keeps_what_the_search_reached(
     assert told == ["which trial the others do not need", "the others without run_0"]
 
 
+def test_the_others_may_have_terms_of_their_own(
+    ship_folder: Path, plain_runs: list[Trial], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a workboat the humps of the resistance stood at other speeds without its fastest run: all fits were lost."""
+    found = search(small.problem(ship_folder, [turned(plain_runs[0], 3.0), *plain_runs[1:]], EFFECTS), small.silent)
+    named = found.problem.named
+    monkeypatch.setattr(found.problem, "named", lambda point: dict(list(named(point).items())[:2]))
+    (finding,) = odd_trials(found)
+    assert finding.trial == "run_0"
+
+
 def test_of_a_trial_that_goes_further_the_form_of_the_model_may_be_another(ship_folder: Path) -> None:
     """A rudder that fades with its angle, which is large in one trial alone."""
     (ship_folder / "fade.py").write_text(small.FADE)

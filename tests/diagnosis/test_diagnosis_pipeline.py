@@ -248,3 +248,22 @@ def test_a_scale_error_of_the_gyro_is_told_from_its_bias_and_from_the_rudder(shi
     assert (found.verdict.kind, found.named) == ("effects", ("gyro_scale",)), str(found)
     (q,) = found.effect("gyro_scale").parameters
     assert abs(q.value - 0.08) < 3.0 * q.stderr < 0.03
+
+
+def test_a_fault_beside_the_search_costs_that_part_alone(
+    ship_folder: Path, offset_runs: list[Trial], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A comparison of trials raised a KeyError after eight minutes of fits, and nothing was kept."""
+
+    def broken(*_: Any) -> Any:
+        raise KeyError("term_u_hump_3")
+
+    monkeypatch.setattr("seatruth.diagnosis.pipeline.odd_trials", broken)
+    found = small.diagnosed(ship_folder, offset_runs)
+    (finding,) = [one for one in found.findings if one.code == "part-missing"]
+    assert "a fault in seatruth (KeyError: 'term_u_hump_3')" in finding.message
+    assert "report it" in finding.do
+    assert found.verdict.sentence
+    monkeypatch.setenv("SEATRUTH_DEBUG", "1")
+    with pytest.raises(KeyError):
+        small.diagnosed(ship_folder, offset_runs)

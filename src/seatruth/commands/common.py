@@ -20,13 +20,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from seatruth.errors import BadInput, PluginError, SeatruthError
+from seatruth.errors import DEBUG, BadInput, PluginError, SeatruthError
 from seatruth.storage.atomic import FULL, CannotWrite, cannot_write, write_file
 from seatruth.storage.lock import locked_folder
 from seatruth.text import listed, visible
-
-DEBUG = "SEATRUTH_DEBUG"
-"""Set this environment variable to see the traceback of an unexpected error."""
 
 
 @dataclass

@@ -113,8 +113,11 @@ def _explained(found: Search, key: Key, others: Sequence[int]) -> bool:
     problem = Problem(study, [whole.effects[name] for name in key], whole.settings, threads=whole.threads)
     if [trial.name for trial in problem.trials] != [whole.trials[k].name for k in others]:
         return False  # cut into other sections, without the longest one
-    values, before = whole.named(found.fits[key, False].point), found.fits[key, False]
-    shared = np.array([values[unknown.name] for unknown in problem.unknowns])
+    before = found.fits[key, False]
+    # The others alone may have humps of the resistance at speeds of their own; none has a coefficient here.
+    known_there = whole.named(before.point)
+    begin = zip(problem.unknowns, problem.start.shared.tolist())
+    shared = np.array([known_there.get(unknown.name, value) for unknown, value in begin])
     start = Point(shared, before.point.initial[list(others)], np.zeros_like(problem.start.forces))
     known, loose = noise_prior(problem), found.fits[key, True]
     plain = fit(problem, key, start, loose.sizes.without_discrepancy(), known, discrepancy=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -34,7 +35,7 @@ from seatruth.diagnosis.sections import finding as in_sections_finding
 from seatruth.diagnosis.settings import Settings
 from seatruth.diagnosis.stage import AGAIN, Stage
 from seatruth.effects import Effect
-from seatruth.errors import BadInput, SeatruthError
+from seatruth.errors import DEBUG, BadInput, SeatruthError
 from seatruth.models.isolated import failures_of, isolated_in
 from seatruth.processes import require_workers
 from seatruth.progress import Progress, silent
@@ -203,14 +204,24 @@ def diagnose(
             ) from None
 
 
+_FAULTS = (LookupError, TypeError, ValueError, AttributeError, AssertionError)
+"""What a fault of a program raises; a progress callback that ends a run raises something of its own."""
+
+
 @contextmanager
 def _set_aside_where_it_fails(what: str, study: Study, findings: list[Finding]) -> Iterator[None]:
-    """A part of the diagnosis whose algebra fails is left out, and a finding says so."""
+    """A part of the diagnosis that fails is left out, and a finding says so: minutes of fits would be lost with it."""
     try:
         yield
     except (np.linalg.LinAlgError, ArithmeticError) as trouble:
         text = f"Left out: {what}, because its algebra failed ({trouble})."
         do = "Look for wild values in the trials (`seatruth check`)."
+        findings.append(Finding("warning", "part-missing", text, f"study {study.name!r}", do))
+    except _FAULTS as fault:
+        if os.environ.get(DEBUG):
+            raise
+        text = f"Left out: {what}, because of a fault in seatruth ({type(fault).__name__}: {fault})."
+        do = f"Please report it with the output of the same command with {DEBUG}=1 set."
         findings.append(Finding("warning", "part-missing", text, f"study {study.name!r}", do))
 
 

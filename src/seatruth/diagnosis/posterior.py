@@ -196,8 +196,9 @@ def rivals(
     Terms that stand for another form of the hull, and a sea, are no causes that two sets may have in common, where the
     leader has others. Each set is compared with the best one that has the leader's causes beside the same form: of an
     AUV whose rudder stood 1.5 deg off, cross-flow drag alone was 363 nats behind that offset beside it, and had 20 %
-    with its twin, and an asymmetry that was 4.5 nats behind the offset by itself had nothing. None for the places where
-    the leader has no such form, or nothing else: then each is compared with the best of all.
+    with its twin, and an asymmetry that was 4.5 nats behind the offset by itself had nothing. A set of fewer effects is
+    compared with the best part of the leader that has no more: what stands beside the leader could stand beside it as
+    well. None for the places where the leader has no form and one cause: then each is compared with the best of all.
 
     Example:
         >>> import numpy as np
@@ -205,18 +206,27 @@ def rivals(
         >>> keys = [("cross_flow", "rudder_offset"), ("rudder_offset",), ("cross_flow",), ("asymmetry",)]
         >>> rivals(keys[0], keys, np.array([358.0, 278.0, -5.0, 274.0]), available())
         (array([False, False,  True,  True]), array([0, 0, 0, 1]))
+        >>> keys = [("gyro_bias", "rudder_offset"), ("rudder_offset",), ("gyro_bias",), ("propeller_walk",)]
+        >>> rivals(keys[0], keys, np.array([358.0, 278.0, -5.0, 274.0]), available())
+        (array([False, False, False,  True]), array([0, 0, 0, 1]))
     """
     parts = [frozenset(hull_forms_in(key, effects)) | frozenset(seas_in(key, effects)) for key in (leader, *keys)]
     own = {*leader} - parts[0] or {*leader}
     apart = np.array([not own & {*key} for key in keys], dtype=np.bool_)
-    if own == {*leader}:
+    if own == {*leader} and len(own) == 1:
         return apart, None
     best = int(np.argmax(evidence))
-    with_them: dict[frozenset[str], int] = {}
-    for place in np.argsort(-evidence, kind="stable").tolist():
-        if own <= {*keys[place]}:
-            with_them.setdefault(parts[1 + place], place)
-    return apart, np.where(apart, [with_them.get(part, best) for part in parts[1:]], best).astype(np.intp)
+    ranked: list[int] = np.argsort(-evidence, kind="stable").tolist()
+
+    def against(place: int) -> int:
+        form, most = parts[1 + place], max(1, len({*keys[place]} - parts[1 + place]))
+        for other in ranked:
+            causes = {*keys[other]} - form
+            if parts[1 + other] == form and causes and causes <= own and len(causes) <= most:
+                return other
+        return best
+
+    return apart, np.array([against(k) if far else best for k, far in enumerate(apart)], dtype=np.intp)
 
 
 def _left_by_the_form(search: Search, leader: Fit) -> float:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from seatruth.diagnosis.discrepancy.equations import DEPTHS, EQUATIONS, equations, motions, rests, vehicle
 from seatruth.effects.alike_drives import AXES, Kind, kinds_of_drives
 from seatruth.effects.undeclared_actuators import USUAL, steering_inputs
-from seatruth.models.actuators import Entry, Rudder, Thruster
+from seatruth.models.actuators import Entry, Rudder, Thruster, Triple
 from seatruth.models.base import Model
 
 
@@ -97,8 +97,9 @@ def terms_of(model: Model, humps: Sequence[Hump] = ()) -> list[Term]:
     None depends on the course over the earth: what does is not the model's structure but its environment. And none is
     missing from one side only. A hull, its damping and its wake are mirror images about the vertical plane ahead, so
     that sway, roll and yaw have odd terms in what changes sign in the mirror, and surge, heave and pitch even ones
-    (Abkowitz 1964). What pushes to one side is a cause: the library has the known ones, and forces of each trial's own
-    stand for others. Where nobody can say what the mirror does to an input, its terms stand in all equations.
+    (Abkowitz 1964). A submerged hull with stern planes, and a glider, is its own image in the mirror between above and
+    below as well. What pushes to one side is a cause: the library has the known ones, and forces of each trial's own
+    stand for others. Where nobody can say what a mirror does to an input, its terms stand in all equations.
 
     Drives of one kind have one term for all, in which each has its lever: a wake or a thrust curve of another form is
     that of every one, and what one of them gives less than the others is a cause. Inputs count from where drives rest.
@@ -109,14 +110,15 @@ def terms_of(model: Model, humps: Sequence[Hump] = ()) -> list[Term]:
     base = vehicle(model)
     labels = equations(model)
     moving = list(labels)
-    odd = _changes_sign(base)
+    mirrors = _mirrors_of(base)
+    odd = {name for mirror in mirrors for name, changes in mirror.signs.items() if changes}
     ahead = ahead_of(base)
     few = len(moving) <= 3
     state, size = "state", "absolute"
     shapes: list[tuple[str, tuple[tuple[str, str], ...]]] = [("1", ())]
     for k, a in enumerate(moving):
         shapes += [(a, ((state, a),)), (f"{a}|{a}|", ((state, a), (size, a)))]
-        if odd.get(a):
+        if a in odd:
             shapes.append((f"{a}^2", ((state, a), (state, a))))
         for b in moving[k + 1 :]:
             if few or ahead in (a, b):
@@ -131,7 +133,7 @@ def terms_of(model: Model, humps: Sequence[Hump] = ()) -> list[Term]:
             (f"{ahead}^2 {x}", ((state, ahead), (state, ahead), ("input", i))),
             (f"{x}|{x}|", (("input", i), (size, i))),
         ]
-        if odd.get(i):
+        if i in odd:
             shapes.append((f"{x}^2", (("input", i), ("input", i))))
         if few:
             shapes.append((x, (("input", i),)))
@@ -139,7 +141,7 @@ def terms_of(model: Model, humps: Sequence[Hump] = ()) -> list[Term]:
         Term(label, name, f"term_{name}_{k}", text, factors)
         for name, label in labels.items()
         for k, (text, factors) in enumerate(shapes)
-        if _mirrors(factors, odd, label)
+        if all(mirror.keeps(factors, label) for mirror in mirrors)
     ]
     found += [
         Term("surge", name, f"term_{name}_hump_{k}", f"hump of {hump.speed} at {hump.middle:g}", (), hump=hump)
@@ -197,67 +199,93 @@ def _sum(levers: Sequence[tuple[str, float]], resting: Mapping[str, float], time
 _NO_LEVER = 1e-6
 """m (of a force: 1), and part of the longest lever, below which a lever is rounding."""
 
-_ODD: Mapping[str, bool] = {
+_SIDEWAYS: Mapping[str, bool] = {
     **dict.fromkeys(("surge", "heave", "pitch"), False),
     **dict.fromkeys(("sway", "roll", "yaw"), True),
 }
 """Whether a motion, or a force in its direction, changes sign in a mirror between port and starboard."""
+_UPWARDS: Mapping[str, bool] = {
+    **dict.fromkeys(("surge", "sway", "yaw"), False),
+    **dict.fromkeys(("heave", "roll", "pitch"), True),
+}
+"""The same in a mirror between above and below."""
 
 _TO_ONE_SIDE = (*USUAL["rudder"], "delta_d")
-"""Standard names of inputs whose sign the mirror changes: rudders, and fins set against each other, which roll."""
-_AHEAD = (*USUAL["plane"], "n")
-"""Standard names of inputs that it leaves as they are: stern planes, the one propeller."""
+"""Standard names of inputs whose sign the first changes: rudders, and fins set against each other, which roll."""
+_UP_OR_DOWN = (*USUAL["plane"], "delta_d")
+"""The same of the second."""
+_KNOWN = (*USUAL["rudder"], *USUAL["plane"], "delta_d", "n")
+"""Standard names of inputs of which both mirrors are known; the one propeller stays as it is."""
 
 
-def _mirrors(factors: tuple[tuple[str, str], ...], odd: Mapping[str, bool], label: str) -> bool:
-    """Whether a product does in the mirror what its equation does; True where nobody can say."""
-    if label not in _ODD or any(name not in odd for _, name in factors):
-        return True
-    return (sum(odd[name] for what, name in factors if what != "absolute") % 2 == 1) == _ODD[label]
+@dataclass(frozen=True)
+class _Mirror:
+    """What changes sign in a mirror: a force by its direction, and a motion or an input as far as that is known."""
+
+    forces: Mapping[str, bool]
+    signs: Mapping[str, bool]
+
+    def keeps(self, factors: tuple[tuple[str, str], ...], label: str) -> bool:
+        """Whether a product does in the mirror what its equation does; True where nobody can say."""
+        if label not in self.forces or any(name not in self.signs for _, name in factors):
+            return True
+        return (sum(self.signs[name] for what, name in factors if what != "absolute") % 2 == 1) == self.forces[label]
 
 
-def _is_its_image(thrusters: Sequence[Thruster]) -> bool:
-    """Whether each of some thrusters has its mirror image among them."""
+def _mirrors_of(base: Model) -> list[_Mirror]:
+    """The mirrors in which a hull is its own image.
 
-    def turned(entry: Entry) -> Entry:
+    One that moves at the surface, or a frame without stern planes, is not the same above and below.
+    """
+    found = [_Mirror(_SIDEWAYS, _changes_sign(base, _SIDEWAYS, 1, "yaw", _TO_ONE_SIDE))]
+    if base.kind == "glider" or (base.kind == "auv" and steering_inputs(base, "plane")):
+        found.append(_Mirror(_UPWARDS, _changes_sign(base, _UPWARDS, 2, "pitch", _UP_OR_DOWN)))
+    return found
+
+
+def _is_its_image(thrusters: Sequence[Thruster], axis: int) -> bool:
+    """Whether each of some thrusters has its image among them in the mirror that turns this axis (y is 1, z is 2)."""
+
+    def turned(triple: Triple) -> Triple:
+        entry = triple[axis]
         if not isinstance(entry, str):
-            return -entry
-        return entry[1:] if entry.startswith("-") else f"-{entry}"
+            other: Entry = -entry
+        else:
+            other = entry[1:] if entry.startswith("-") else f"-{entry}"
+        return (triple[0], other, triple[2]) if axis == 1 else (triple[0], triple[1], other)
 
-    return all(
-        any(
-            other.at == (one.at[0], turned(one.at[1]), one.at[2])
-            and other.towards == (one.towards[0], turned(one.towards[1]), one.towards[2])
-            for other in thrusters
-        )
-        for one in thrusters
-    )
+    return all(any(o.at == turned(one.at) and o.towards == turned(one.towards) for o in thrusters) for one in thrusters)
 
 
-def _changes_sign(base: Model) -> dict[str, bool]:
-    """Whether the mirror changes the sign of a motion or an input, as far as this is known."""
-    found = {name: _ODD[label] for name, label in EQUATIONS.items() if label in _ODD}
-    found |= dict.fromkeys(DEPTHS, False)
+def _changes_sign(
+    base: Model, forces: Mapping[str, bool], axis: int, turns: str, across: Sequence[str]
+) -> dict[str, bool]:
+    """Whether a mirror changes the sign of a motion or an input, as far as this is known.
+
+    It turns this `axis`. It changes the sign of a fin that `turns` so, and of inputs with the standard names `across`.
+    """
+    found = {name: forces[label] for name, label in EQUATIONS.items() if label in forces}
+    found |= dict.fromkeys(DEPTHS, forces["heave"])
     named, thrusters = {actuator.input for actuator in base.actuators}, dict[str, list[Thruster]]()
     for actuator in base.actuators:
         if isinstance(actuator, Rudder):
-            found[actuator.input] = actuator.turns == "yaw"
+            found[actuator.input] = actuator.turns == turns
         else:
             thrusters.setdefault(actuator.input, []).append(actuator)
     # One on the middle line, or two jets under one order, are their own image.
-    found |= {name: False for name, one in thrusters.items() if _is_its_image(one)}
-    for kind, turns in (("rudder", True), ("plane", False)):
+    found |= {name: False for name, one in thrusters.items() if _is_its_image(one, axis)}
+    for kind, turned in (("rudder", "yaw"), ("plane", "pitch")):
         steering = steering_inputs(base, kind)
         # The mirror exchanges two rudders that stand side by side.
         if len(steering) == 1:
-            found.setdefault(steering[0], turns)
+            found.setdefault(steering[0], turned == turns)
     others = []
     for channel in base.inputs:
         standard = base.standard.get(channel.name, (channel.name, 1))[0]
         if channel.name in named or channel.name in found:
             continue
-        if standard in _TO_ONE_SIDE or standard in _AHEAD:
-            found[channel.name] = standard in _TO_ONE_SIDE
+        if standard in _KNOWN:
+            found[channel.name] = standard in across
         else:
             others.append(channel.name)
     # What is left beside the steering, if it is one, drives the vehicle ahead.
