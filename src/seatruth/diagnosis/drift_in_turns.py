@@ -8,6 +8,7 @@ form, a receiver was late by 0.16 s with over 99.9 %, which moves it by 4 % of w
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Sequence
 from typing import NamedTuple
 
@@ -25,6 +26,7 @@ from seatruth.diagnosis.verdict import Hypothesis
 from seatruth.diagnosis.withdrawals import refusing, unless_it_closes
 from seatruth.effects.causes import is_within
 from seatruth.effects.vehicle import dimensions_of
+from seatruth.models.measures import GRAVITY
 
 _PART = 0.1
 """Part of a model's drift in turns by which it may be wrong. [S] Of that ferry 0.04. Two positions of recorded vehicles
@@ -44,6 +46,10 @@ _USUAL_OF_PLANING = 0.2
 """The same of a planing craft, whose wetted hull, and drift with it, changes with speed and heel. [S] Of two boats
 whose models have another form antennas were named, or led, that were where the study had them: 1.27 to 1.79 m ahead in
 three states of one of 7.2 m, 0.18 to 0.25 of the length, and 4.8 m of one of 7.5 m."""
+_LIFTED = 0.5
+"""Froude number of the length from which a hull is lifted: below 0.4 to 0.5 it displaces water, from 1.0 it planes
+(Faltinsen 2005, Hydrodynamics of High-Speed Marine Vehicles, chapter 1). [S] Of a workboat of 6.4 m at 1.3, whose model
+said "ship", an antenna was 1.45 +- 0.54 m ahead of its place with 96.8 %, where it was not."""
 _WITHIN = 2.0
 """Deviations of the usual error up to which an antenna's place ahead is that error: two, by convention."""
 ANTENNA, TIMING = "sensor.alignment.position", "sensor.timing"
@@ -91,7 +97,16 @@ def equivalent_place(problem: Problem, point: Point, name: str) -> tuple[float, 
 def _usual(problem: Problem) -> float:
     """Part of the length that a model usually misses of its drift in turns."""
     hidden = not _shows_drift(problem)
-    return _USUAL_OF_PLANING if problem.study.model.kind == "planing" and hidden else _USUAL
+    return _USUAL_OF_PLANING if hidden and _is_lifted(problem) else _USUAL
+
+
+def _is_lifted(problem: Problem) -> bool:
+    """Whether the water lifts a good part of the hull: of a planing craft, and of any as fast for its length."""
+    size, kind = dimensions_of(problem.study.model), problem.study.model.kind
+    ahead = next((name for name in problem.equations if problem.study.model.standard_of(name)[0] == "u"), "")
+    if kind != "ship" or size is None or not ahead or problem.discrepancy is None:
+        return kind == "planing"
+    return problem.discrepancy.scales[ahead] > _LIFTED * math.sqrt(GRAVITY * size.length)
 
 
 def _shows_drift(problem: Problem) -> bool:
