@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import boat_case as boat
 import numpy as np
@@ -167,3 +169,20 @@ def test_a_reciprocal_run_separates_a_current_from_a_heading_bias(on_one_course:
     assert back is not None
     for pair in (("current", "heading_bias"), ("heading_bias", "current")):
         assert back[pair] > 2.0 * same[pair] > 2.0 * rivals.before[pair]
+
+
+@pytest.mark.parametrize(
+    ("kind", "sign", "allowed"), [("auv", 1, (0.0, 32.0)), ("glider", -1, (-32.0, 0.0)), ("ship", 1, (-18.0, 32.0))]
+)
+def test_no_submerged_vehicle_is_asked_out_of_the_water_or_to_loop(
+    kind: str, sign: int, allowed: tuple[float, float]
+) -> None:
+    """Trials of an AUV were suggested in which it would have pitched by 75 deg, and stood 10 m above the surface."""
+    outputs = {"z": sign * np.array([2.0, 12.0]), "theta": np.radians([-20.0, 25.0]), "u": np.array([1.0, 1.5])}
+    model = SimpleNamespace(kind=kind, standard_of=lambda name: (name, sign if name == "z" else 1))
+    trials, study = [SimpleNamespace(outputs=outputs)], SimpleNamespace(model=model)
+    at: Any = SimpleNamespace(problem=SimpleNamespace(outputs=[*outputs], trials=trials, study=study))
+    found = Rivals._recorded_ranges(at)
+    assert found[0] == pytest.approx(allowed)
+    assert np.degrees(found[1]) == pytest.approx([-42.5, 47.5])
+    assert found[2] == pytest.approx((0.0, 2.5))

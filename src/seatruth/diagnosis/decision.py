@@ -38,6 +38,8 @@ _MOST_ALIKE = 6
 """The same where each of them shows in these trials what the first one does. [S] A steady push to one side is a bank's,
 a rudder's that stands off, a thruster's that points aside, a propeller's, a hull's, or that of a drag on one side:
 naming all six says what to look at."""
+_ALMOST_ALONE = 2.0 / 3.0
+"""Part of the probability of two causes from which the first is named without the second: odds of two. [S]"""
 SURELY = 0.05
 """Probability that nothing acts up to which it is said that something does. [S] As bounds of one side are."""
 _ROUNDS = 3
@@ -233,8 +235,8 @@ def _answer(
         cluster = partial(
             cluster_of, key=first, sets=sets, effects=effects, settings=settings, near=near, beside=beside
         )
-        says_nothing = partial(_says_nothing, near=near, settings=settings, beside=beside)
         own = {name: sum(p for key, p in sets.items() if name in key) for name in kept}
+        says_nothing = partial(_says_nothing, near=near, settings=settings, beside=beside, own=own)
         candidates = {name: _candidate(partial(cluster, name), own[name], says_nothing, settings) for name in kept}
         # Such a term may stand for another form of the model, and a set with it has a twin of that form that fits as
         # well: what stands beside the term is as sure there.
@@ -297,16 +299,26 @@ def _one_helps(cluster: Cluster, name: str, kept: Key, helps: Callable[[str, Key
     return any(helps(member, tuple(sorted((*rest, member)))) for member in cluster.effects if member not in rest)
 
 
-def _says_nothing(cluster: Cluster, *, near: Callable[[str, str], float], settings: Settings, beside: bool) -> bool:
+def _says_nothing(
+    cluster: Cluster,
+    *,
+    near: Callable[[str, str], float],
+    settings: Settings,
+    beside: bool,
+    own: Mapping[str, float],
+) -> bool:
     """Whether a cluster is only a list of effects of all kinds.
 
     Where forces are missing beside it, so are two that these trials tell apart: if one of them acted, it would fit
     better than the other. Of a ferry with a bow thruster that worked by itself, a play of the rudder, waves and a
-    compass that is off were named as one cause.
+    compass that is off were named as one cause. Two are said where one would be named by itself (`own`), and the other
+    has half of that: of an AUV whose stern plane stood 1.5 deg off an asymmetry had 64 %, and that offset 34 %.
     """
     first, *others = cluster.effects
     alike = all(near(first, other) < settings.apart for other in others)
-    most = _MOST_ALIKE if alike else 1 if beside else _MOST_APART
+    first_own = own.get(first, 0.0)
+    two = settings.name_threshold <= first_own < _ALMOST_ALONE * cluster.probability
+    most = _MOST_ALIKE if alike else _MOST_APART if not beside else 2 if two else 1
     return cluster.cause == ROOT and len(cluster.effects) > most
 
 

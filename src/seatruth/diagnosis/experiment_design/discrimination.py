@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from seatruth.arrays import Array
+from seatruth.diagnosis.discrepancy.equations import DEPTHS
 from seatruth.diagnosis.fit import Fit, without_discrepancy
 from seatruth.diagnosis.hypotheses import Search
 from seatruth.diagnosis.marginal_likelihood import Likelihood
@@ -38,6 +39,9 @@ _GROWING = ("x", "y", "psi")
 """Outputs that grow with time, and on which no motion depends but through the environment."""
 _BEYOND = 2.0
 """Widths of what was recorded by which other outputs may leave it: beyond that nobody knows the model. [S]"""
+_STEEPER = 0.5
+"""The same of pitch and roll, at which a vehicle stalls, loops or capsizes. [S] Of an AUV that had pitched by 20 deg a
+trial was suggested in which it pitched by 75."""
 _STEPS = 8
 """Steps of a refit at most. [S]"""
 _PARTS = (1.0, 0.5, 0.2, 0.05)
@@ -257,20 +261,24 @@ class Rivals:
         return self._whitened(trial, y[:, :, None])[:, 0] if np.isfinite(y).all() else None
 
     def _recorded_ranges(self) -> dict[int, tuple[float, float]]:
-        """What each output may reach, by its number."""
-        found = {}
+        """What each output may reach, by its number. No submerged vehicle comes out of the water."""
+        found, model = {}, self.problem.study.model
         for k, name in enumerate(self.problem.outputs):
             parts = [np.asarray(t.outputs[name]) for t in self.problem.trials if name in t.outputs]
             values = np.concatenate(parts) if parts else np.zeros(0)
             values = values[np.isfinite(values)]
+            standard, sign = model.standard_of(name)
             if name in _GROWING or not values.size:
                 continue
             low, high = float(values.min()), float(values.max())
-            margin = _BEYOND * (high - low)
-            if name == "z":
+            margin = (_STEEPER if standard in ("theta", "phi") else _BEYOND) * (high - low)
+            if standard in DEPTHS:
                 margin = max(margin, 0.5 * abs(float(np.median(values))))
             # Slower than ever is within, down to a stop.
-            found[k] = (min(low - margin, 0.0 if name == "u" else low), high + margin)
+            least, most = min(low - margin, 0.0 if name == "u" else low), high + margin
+            if standard in DEPTHS and model.kind in ("auv", "glider"):
+                least, most = (max(least, min(low, 0.0)), most) if sign > 0 else (least, min(most, max(high, 0.0)))
+            found[k] = least, most
         return found
 
     def _within(self, y: Array) -> bool:
