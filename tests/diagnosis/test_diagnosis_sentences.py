@@ -291,6 +291,11 @@ def test_what_terms_in_the_equations_outdo_is_said_to_be_what_it_looks_like() ->
     )
 
 
+def test_equal_delays_are_said_to_be_what_a_later_steering_shows() -> None:
+    text = said("unknown", turning=["delay of the heading (0.04 s)", "delay of the rate of turn (0.04 s)"])
+    assert "(0.04 s) and delay of the rate of turn (0.04 s); where both are equal, a steering that acts as much" in text
+
+
 def test_what_another_drift_in_turns_shows_is_said_to_be_what_it_looks_like() -> None:
     text = said("unknown", drift=["delay of position"])
     assert "It looks like delay of position; a vehicle that drifts a little otherwise in turns shows the same." in text

@@ -13,7 +13,7 @@ from searched_by_hand import searched
 import seatruth.diagnosis.siblings as module
 from seatruth.diagnosis.hypotheses import HOPE, Key, Search
 from seatruth.diagnosis.problem import Point
-from seatruth.diagnosis.siblings import fit_rivals, fit_siblings, siblings
+from seatruth.diagnosis.siblings import as_probable_alone, fit_rivals, fit_siblings, siblings
 from seatruth.effects import available
 
 
@@ -22,7 +22,7 @@ def test_a_lag_that_explains_as_much_alone_is_fitted_in_the_place_of_a_rate_limi
 ) -> None:
     alone: dict[Key, float] = {
         ("rudder_rate_limit",): 145.0, ("rudder_lag",): 204.0, ("rudder_delay",): 80.0, ("rudder_offset",): 160.0,
-        ("trial_current",): 583.0,
+        ("trial_current",): 583.0, (): 0.0,
     }  # fmt: skip
     found = searched({**alone, ("rudder_rate_limit", "trial_current"): 736.0})
     assert siblings(found, "rudder_rate_limit") == ["rudder_lag"]  # the delay is far behind, an offset another kind
@@ -35,11 +35,15 @@ def test_a_lag_that_explains_as_much_alone_is_fitted_in_the_place_of_a_rate_limi
 
     monkeypatch.setattr(module, "fit_once", kept)
     fit_siblings(found)
-    assert fitted == [
-        (("rudder_lag", "trial_current"), True, [0.0, 1.0, 0.0, 0.0, 0.0, 1.0], "in the place of rudder_rate_limit")
-    ]
+    words = "in the place of rudder_rate_limit"
+    lag = (("rudder_lag", "trial_current"), True, [0.0, 1.0, 0.0, 0.0, 0.0, 1.0], words)
+    # So is what is as probable alone, of whatever kind: an offset that explains 160 nats, where 129 would do.
+    offset = (("rudder_offset", "trial_current"), True, [0.0, 0.0, 0.0, 1.0, 0.0, 1.0], words)
+    assert fitted == [lag, offset]
     fitted.clear()
-    found = searched({**alone, ("rudder_rate_limit", "trial_current"): 736.0, ("rudder_lag", "trial_current"): 700.0})
+    beside: dict[Key, float] = {("rudder_lag", "trial_current"): 700.0, ("rudder_offset",): 128.0}
+    found = searched({**alone, ("rudder_rate_limit", "trial_current"): 736.0, **beside})
+    assert "rudder_offset" not in as_probable_alone(found, "rudder_rate_limit")
     fit_siblings(found)
     assert fitted == []
 

@@ -73,7 +73,9 @@ class Assembly:
         effects, said = self.problem.effects, self.decision
         waves = [name for name in said.small if follows_each_trial(effects[name])]
         shapes = said.refused if self.judgement.noise_is_motion else ()
-        return with_other_forms(self.judgement.weighed, effects, [*said.outdone, *said.drift, *shapes, *waves])
+        return with_other_forms(
+            self.judgement.weighed, effects, [*said.outdone, *said.drift, *said.turning, *shapes, *waves]
+        )
 
     @cached_property
     def inclusion(self) -> dict[str, float]:

@@ -83,6 +83,8 @@ class Decision:
     """Those of them that the most probable set has, and what looks like them in these trials."""
     drift: Key = ()
     """Errors of positions that explain the trials, and that a model with another drift in turns shows as well."""
+    turning: Key = ()
+    """Delays of the heading and the rate of turn, equal, which a later steering shows as well."""
     acts: bool = False
     """Where these trials cannot decide what acts: whether it is sure that something does."""
     vague: Key = ()
@@ -310,9 +312,8 @@ def _says_nothing(
     """Whether a cluster is only a list of effects of all kinds.
 
     Where forces are missing beside it, so are two that these trials tell apart: if one of them acted, it would fit
-    better than the other. Of a ferry with a bow thruster that worked by itself, a play of the rudder, waves and a
-    compass that is off were named as one cause. Two are said where one would be named by itself (`own`), and the other
-    has half of that: of an AUV whose stern plane stood 1.5 deg off an asymmetry had 64 %, and that offset 34 %.
+    better than the other. Of a ferry with a bow thruster that worked by itself, play of the rudder, waves and a compass
+    were named as one cause. Two are said where one would be named by itself (`own`), and the other has half of that.
     """
     first, *others = cluster.effects
     alike = all(near(first, other) < settings.apart for other in others)

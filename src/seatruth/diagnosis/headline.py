@@ -57,6 +57,7 @@ def headline(
         curve=named(name for name in said.form if is_only_form(name, effects)),
         damping=are_damping(said.form, effects),
         part=named(said.part), refused=refused, along=named(said.along), drift=sized(said.drift),
+        turning=sized(said.turning),
         untried=sized(said.untried), small=sized(filter(clear, said.small)), outdone=sized(said.outdone),
         vague=named(said.vague),
         own=_own_channels(search, said, causes, validation),

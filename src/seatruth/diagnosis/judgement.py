@@ -19,6 +19,7 @@ from seatruth.diagnosis.clusters import Cluster
 from seatruth.diagnosis.cross_validation import predictive_gains, surely_positive, validate
 from seatruth.diagnosis.decision import SURELY, Decision, decide
 from seatruth.diagnosis.drift_in_turns import without_drift
+from seatruth.diagnosis.equally_late import equally_late, without_equally_late
 from seatruth.diagnosis.fit import without_discrepancy
 from seatruth.diagnosis.gap import Gap, misfit
 from seatruth.diagnosis.hypotheses import Key, Search
@@ -102,6 +103,8 @@ class Judgement:
             one_course=narrow_headings(self.problem.trials) is not None,
         )
         said = without_opposed(said, found)
+        equal = equally_late(self.problem, self.search.best(said.shown), self.problem.effects, said.shown)
+        said = self._fitted(without_equally_late(said, found, equal), said)
         gap, size = self.gap_of(said.shown), partial(self.size, key=said.shown)
         said = self._fitted(without_tiny(said, found, gap, size, self.settings, gap=self._leaves_a_gap), said)
         if not self._leaves_a_gap:

@@ -75,5 +75,10 @@ def drifting(titles: Sequence[str], *, beside: bool) -> str:
     return _looks(titles, "; a vehicle that drifts a little otherwise in turns shows the same.", beside=beside)
 
 
+def turning(titles: Sequence[str], *, beside: bool) -> str:
+    """Delays of the heading and of the rate of turn, where a steering that acts as much later shows them as well."""
+    return _looks(titles, "; where both are equal, a steering that acts as much later shows the same.", beside=beside)
+
+
 def _looks(titles: Sequence[str], reason: str, *, beside: bool) -> str:
     return f"{'The rest' if beside else 'It'} looks like {listed(titles)}{reason}" if titles else ""

@@ -61,6 +61,7 @@ def verdict_sentence(
     outdone: Sequence[str] = (),
     untried: Sequence[str] = (),
     drift: Sequence[str] = (),
+    turning: Sequence[str] = (),
     vague: Sequence[str] = (),
     own: Sequence[str] = (),
     acts: bool = False,
@@ -88,6 +89,7 @@ def verdict_sentence(
             equations do.
         untried: titles of effects that may as well be something that cannot be tried on the model.
         drift: titles of errors of positions that a model with another drift in turns shows as well.
+        turning: titles of equal delays of the heading and the rate of turn, which a later steering shows as well.
         own: what errors of sensors close in their own channels, where the gap does not shrink surely over all.
         vague: titles of effects of different kinds that look alike, too many to be one cause.
         acts: whether it is sure that something acts, where these trials cannot decide what.
@@ -117,12 +119,14 @@ def verdict_sentence(
             like.outdone(outdone, beside=False),
             like.untried(untried, beside=False),
             like.drifting(drift, beside=False),
+            like.turning(turning, beside=False),
         )
         return _joined(first, said, *form_or_course, like.unpredictive(refused), *withdrawn, beside)
     rest = (
         like.outdone(outdone, beside=True),
         like.untried(untried, beside=True),
         like.drifting(drift, beside=True),
+        like.turning(turning, beside=True),
     )
     named = _named(causes, probability, discrepancy, shares, validation, one_trial)
     return _joined(first, named, *own, *rest, beside)

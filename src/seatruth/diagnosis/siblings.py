@@ -9,6 +9,7 @@ What looks like an effect was fitted from where it begins alone, and may have en
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -27,12 +28,16 @@ from seatruth.effects.causes import parent
 
 _RIVALS = 4
 """Sets that are asked what they promise from the leader's end, for each of its effects, the nearest to it first. [S]"""
+_AS_PROBABLE = 2
+"""Effects of other kinds that are tried in the place of one. [S] Each is a fit."""
 
 
 def fit_siblings(found: Search) -> None:
     """Fits the leading sets with each of their effects replaced by a sibling.
 
-    By one that explains as much alone, where there are several effects. Where only forces hold the runs near their
+    By one that explains as much alone, or by what else is about as probable alone, where there are several effects. Of
+    an AUV whose stern plane stood off, that was 9 nats behind an asymmetry of the hull alone, and was never fitted
+    beside the cross-flow drag that led with it. Where only forces hold the runs near their
     records, those of the leading set also by one at the same place that was never fitted: what its linearized gain says
     of such runs is little. Of an ROV whose six thrusters lagged by 0.25 s a dead time and a rate limit together were
     the answer, the lag hopeless.
@@ -44,7 +49,7 @@ def fit_siblings(found: Search) -> None:
     for place, at in enumerate(sets[: settings.leaders]):
         new = place == 0 and at.discrepancy and strays(found)
         for name in at.effects:
-            others = siblings(found, name) if len(at.effects) > 1 else []
+            others = [*siblings(found, name), *as_probable_alone(found, name)] if len(at.effects) > 1 else []
             for other in (*others, *(_never_fitted(found, name) if new else ())):
                 _in_its_place(found, at, name, other)
 
@@ -103,6 +108,19 @@ def siblings(found: Search, name: str) -> list[str]:
         one: fit.evidence for one, fit in alone.items() if fit is not None and fit.evidence > own.evidence - behind[one]
     }
     return sorted(likely, key=lambda one: (-likely[one], one))
+
+
+def as_probable_alone(found: Search, name: str) -> list[str]:
+    """Effects of other kinds that would count as look-alikes of an effect if each acted alone, the first of them."""
+    own, null, settings = found.best((name,)), found.null, found.problem.settings
+    if own is None:
+        return []
+    heat = settings.temperature + settings.model_form * max(0.0, own.evidence - null.evidence)
+    least = own.evidence + math.log(settings.least_rival) * heat
+    kind = {name, *_of_one_kind(found.problem.effects, name)}
+    alone = {one: found.best((one,)) for one in found.problem.effects if one not in kind}
+    likely = {one: fit.evidence for one, fit in alone.items() if fit is not None and fit.evidence > least}
+    return sorted(likely, key=lambda one: (-likely[one], one))[:_AS_PROBABLE]
 
 
 def _never_fitted(found: Search, name: str) -> list[str]:

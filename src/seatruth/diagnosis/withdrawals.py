@@ -276,14 +276,22 @@ def unless_it_closes(decision: Decision, kept: Sequence[Cluster], validated: Cal
 
 
 def refusing(
-    decision: Decision, found: Sequence[Hypothesis], kept: tuple[Cluster, ...], *, refused: Key = (), drift: Key = ()
+    decision: Decision,
+    found: Sequence[Hypothesis],
+    kept: tuple[Cluster, ...],
+    *,
+    refused: Key = (),
+    drift: Key = (),
+    turning: Key = (),
 ) -> Decision:
-    """The decision with these of its causes alone; what is refused, or looks like a drift, joins what did before."""
-    refused, drift = (*decision.refused, *refused), (*decision.drift, *drift)
+    """The decision with these of its causes alone; what is refused, or looks like another, joins what did before."""
+    refused, drift, turning = (
+        (*decision.refused, *refused), (*decision.drift, *drift), (*decision.turning, *turning)
+    )  # fmt: skip
     if kept:
-        return replace(keeping(decision, kept), refused=refused, drift=drift)
-    left = as_unknown(decision, probably_lacking(found, (*refused, *drift)), decision.outdone)
-    return replace(left, refused=refused, drift=drift, small=decision.small)
+        return replace(keeping(decision, kept), refused=refused, drift=drift, turning=turning)
+    left = as_unknown(decision, probably_lacking(found, (*refused, *drift, *turning)), decision.outdone)
+    return replace(left, refused=refused, drift=drift, turning=turning, small=decision.small)
 
 
 def as_unknown(decision: Decision, lacking: float, outdone: Key) -> Decision:
