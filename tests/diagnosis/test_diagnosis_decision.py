@@ -97,7 +97,7 @@ def test_what_is_probable_by_itself_is_no_list_with_what_the_trials_tell_from_it
     said = decided(*apart)
     assert (said.kind, [cause.effects for cause in said.clusters]) == ("effects", [("rudder_offset",)])
     assert said.probability == pytest.approx(0.8)
-    # Both are said where the other has half of its probability.
+    # Both are said where the other has a third of its probability or more.
     two = decided((("lateral_asymmetry",), 0.63, True), (("rudder_offset",), 0.34, True), ((), 0.03, True))
     assert [cause.effects for cause in two.clusters] == [("lateral_asymmetry", "rudder_offset")]
     assert two.probability == pytest.approx(0.97)

@@ -38,8 +38,8 @@ _MOST_ALIKE = 6
 """The same where each of them shows in these trials what the first one does. [S] A steady push to one side is a bank's,
 a rudder's that stands off, a thruster's that points aside, a propeller's, a hull's, or that of a drag on one side:
 naming all six says what to look at."""
-_ALMOST_ALONE = 2.0 / 3.0
-"""Part of the probability of two causes from which the first is named without the second: odds of two. [S]"""
+_ALMOST_ALONE = 0.75
+"""Part of the probability of two causes from which the first is named without the second: odds of three. [S]"""
 SURELY = 0.05
 """Probability that nothing acts up to which it is said that something does. [S] As bounds of one side are."""
 _ROUNDS = 3
@@ -313,7 +313,7 @@ def _says_nothing(
 
     Where forces are missing beside it, so are two that these trials tell apart: if one of them acted, it would fit
     better than the other. Of a ferry with a bow thruster that worked by itself, play of the rudder, waves and a compass
-    were named as one cause. Two are said where one would be named by itself (`own`), and the other has half of that.
+    were named as one cause. Two are said where one would be named by itself (`own`), and the other has a third of that.
     """
     first, *others = cluster.effects
     alike = all(near(first, other) < settings.apart for other in others)
