@@ -93,6 +93,15 @@ def test_what_is_found_twice_in_each_trial_is_said_twice_for_all(capsys: pytest.
     assert shown.count("Also in 'run' and 'stop'.") == shown.count("[unit]") == 2
 
 
+def test_what_was_not_checked_is_not_said_to_be_free_of_faults(capsys: pytest.CaptureFixture[str]) -> None:
+    """Of a drive recorded with its sign turned `check --no-preview` said that signs were right."""
+    with as_file(files("seatruth") / "sample") as folder:
+        assert call("check", str(folder / "diagnose.toml"), "--no-preview") == 0
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "No fault of times, units or columns is found" in shown
+    assert "Signs of the drives are checked without --no-preview alone" in shown
+
+
 def test_the_effects_of_a_diagnosis_are_listed_where_they_are_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
     with as_file(files("seatruth") / "sample") as folder:
         assert call("check", str(folder / "diagnose.toml"), "--effects") == 0

@@ -311,7 +311,16 @@ def test_current_and_lever_arm_are_measured() -> None:
 def test_time_axis() -> None:
     t = np.array(GOOD.t)
     t[1500:] += 30
-    assert "time-gap" in codes(check_trials([replace(GOOD, t=t)]))
+    found = {finding.code: finding for finding in check_trials([replace(GOOD, t=t)])}
+    # The vehicle went on where it was: the clock jumped. Where samples are missing it has come further.
+    assert "its clock jumped" in found["time-gap"].message
+    assert "Take the jump out" in found["time-gap"].do
+    kept = np.flatnonzero((GOOD.t < GOOD.t[1500]) | (GOOD.t > GOOD.t[1500] + 8.0))
+    found = {finding.code: finding for finding in check_trials([GOOD.samples(kept)])}
+    assert "jumped" not in found["time-gap"].message
+    assert "split_at_gaps" in found["time-gap"].do
+    without = replace(GOOD, t=t, outputs={name: y for name, y in GOOD.outputs.items() if name not in ("x", "y")})
+    assert "jumped" not in next(f for f in check_trials([without]) if f.code == "time-gap").message
     uneven = GOOD.t + 0.03 * np.sin(7.0 * np.arange(len(GOOD)))
     assert "time-irregular" in codes(check_trials([replace(GOOD, t=uneven)]))
     assert "time-order" in codes(check_trials([replace(GOOD, t=GOOD.t[::-1])]))

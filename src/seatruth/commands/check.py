@@ -23,6 +23,10 @@ if TYPE_CHECKING:
 
 _STYLES = {"error": "bold red", "warning": "yellow", "note": ""}
 _CLEAN = "No fault of times, units, signs or columns is found. Biases of sensors are left to `seatruth diagnose`."
+_CLEAN_BUT_SIGNS = (
+    "No fault of times, units or columns is found. Signs of the drives are checked without --no-preview alone; biases "
+    "of sensors are left to `seatruth diagnose`."
+)
 _CLEAN_TABLE = "No fault of the table is found."
 
 
@@ -51,7 +55,8 @@ def check(
         findings = check_study(loaded)
         if preview and not any(finding.severity == "error" for finding in findings):
             findings = gravest_first([*findings, *reversed_inputs(loaded)])
-        _show(findings, _CLEAN_TABLE if loaded.cost.kind == "formula" else _CLEAN)
+        clean = _CLEAN if preview else _CLEAN_BUT_SIGNS
+        _show(findings, _CLEAN_TABLE if loaded.cost.kind == "formula" else clean)
         errors = sum(finding.severity == "error" for finding in findings)
         moved, usable, lacks = None, None, None
         if preview and not errors:

@@ -12,11 +12,15 @@ from seatruth.arrays import Array
 from seatruth.errors import nearest
 from seatruth.readers.csv_fields import CUT_OFF
 from seatruth.trials.check import limits
-from seatruth.trials.check.helpers import Channels, is_slower, make_finding, on_own_clock, pauses
+from seatruth.trials.check.helpers import Channels, has_channels, is_slower, make_finding, on_own_clock, pauses
 from seatruth.trials.finding import Finding
 from seatruth.trials.prepare.base import gaps
 from seatruth.trials.trial import Trial
 
+_AROUND = 5
+"""Positions on either side of a pause that tell the speed and the turn there. [S]"""
+_HARDLY = 0.25
+"""Part of the way that a vehicle comes in a pause, within which it came as far as in no time. [S]"""
 _FEWEST_OWN = 3
 """Samples from which an output's usual step is known."""
 
@@ -46,14 +50,17 @@ def check_time(trial: Trial) -> Iterator[Finding]:
     before, step = pauses(trial)
     if before.size:
         longest = before[np.argmax(steps[before])]
+        jumped = _jumped(trial, int(longest))
         yield make_finding(
             trial,
             "warning",
             "time-gap",
             f"{before.size} pause(s) without samples; the longest is {steps[longest]:.3g} s against a sampling step "
-            f"of {step:.3g} s.",
-            "What the inputs did in a pause is not known: split_at_gaps = true in [[trials]] begins a new trial after "
-            "each.",
+            f"of {step:.3g} s.{jumped}",
+            "Take the jump out of the times after it."
+            if jumped
+            else "What the inputs did in a pause is not known: split_at_gaps = true in [[trials]] begins a new trial "
+            "after each.",
             samples=np.array([longest, longest + 1]),
         )
     if any(on_own_clock(trial, name) for name in trial.outputs):
@@ -69,6 +76,38 @@ def check_time(trial: Trial) -> Iterator[Finding]:
             f"{100 * limits.JITTER:.0f} %.",
             "A fit takes each sample at its own time; the steps low_pass and differentiate need 'resample' first.",
         )
+
+
+def _jumped(trial: Trial, last: int) -> str:
+    """That a clock jumped after a sample, in words; "" where the vehicle moved on, or nobody can say.
+
+    From its speed and rate of turn on either side of the pause a vehicle would have come so far. One that has hardly
+    moved went on at the next sample: no time passed.
+    """
+    if not has_channels(trial, "x", "y"):
+        return ""
+    x, y = (np.asarray(trial.outputs[name]) for name in ("x", "y"))
+    there = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+    before, after = there[there <= last][-_AROUND:], there[there > last][:_AROUND]
+    if min(before.size, after.size) < _AROUND:
+        return ""
+    t, track = trial.t, x + 1j * y
+    seconds = float(t[after[0]] - t[before[-1]])
+    at_once = seconds - float(t[last + 1] - t[last]) + float(np.median(np.diff(t)))
+    moved = abs(complex(track[after[0]] - track[before[-1]]))
+    on, none = (min(_way(t[side], track[side], s) for side in (before, after)) for s in (seconds, at_once))
+    return (
+        f" Over it the vehicle moved by {moved:.2g} m, where its speed gives {on:.2g} m: its clock jumped."
+        if abs(moved - none) < _HARDLY * (on - none)
+        else ""
+    )
+
+
+def _way(t: Array, track: NDArray[np.complex128], seconds: float) -> float:
+    """How far a vehicle comes, m, that goes on for a time, s, with the speed and the turn of these positions."""
+    v = np.diff(track) / np.diff(t)
+    turn = float(np.angle(v[-1] * np.conj(v[0]))) / float(t[-1] - t[0])
+    return float(np.median(np.abs(v))) * seconds * abs(float(np.sinc(0.5 * turn * seconds / np.pi)))
 
 
 def check_missing(trial: Trial) -> Iterator[Finding]:
