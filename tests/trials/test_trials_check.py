@@ -276,6 +276,8 @@ def test_torpedo_convention_shows() -> None:
     upward = altered(dive, {"z": lambda a: -a})
     assert codes(check_trials([dive])) == set()
     assert {"depth-up", "depth-pitch-sign"} <= codes(check_trials([upward]))
+    # A diagnosis of it named a speed sensor at over 99.9 %: no vehicle dives above the sea.
+    assert {f.severity for f in check_trials([upward]) if f.code == "depth-up"} == {"error"}
 
 
 def diving() -> Trial:

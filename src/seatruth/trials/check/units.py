@@ -131,7 +131,7 @@ def _interpolated(steps: Array) -> NDArray[np.int64]:
 def _above_water(trial: Trial, name: str, median: float) -> Finding:
     return make_finding(
         trial,
-        "warning",
+        "error",
         "depth-up",
         f"Half of the time it is less than {median:.3g} m, which is out of the water: it counts upward, as in the "
         "torpedo convention (y up), or it is a height.",
