@@ -272,8 +272,11 @@ def test_what_another_form_of_the_model_shows_is_said_to_be_what_it_looks_like()
 @pytest.mark.parametrize("which", ["form", "curve"])
 def test_damping_of_another_form_is_no_sign_that_anything_is_wrong(which: str) -> None:
     sound = "A vehicle with nothing wrong often differs so from its model."
-    assert said("unknown", damping=True, **{which: ["cross-flow drag"]}).endswith(sound)
-    assert sound not in said("unknown", damping=True)
+    usual, far = (replace(LARGE, misfit_refit=rms**2) for rms in (2.2, 5.8))
+    assert said("unknown", damping=True, shares=usual, **{which: ["cross-flow drag"]}).endswith(sound)
+    assert sound not in said("unknown", damping=True, shares=usual)
+    # Of a stern plane 1.5 deg off, and of a loose panel, the same was said.
+    assert sound not in said("unknown", damping=True, shares=far, **{which: ["cross-flow drag"]})
 
 
 def test_what_does_not_predict_is_said_to_be_what_it_looks_like() -> None:

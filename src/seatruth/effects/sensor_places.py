@@ -150,7 +150,7 @@ class LogMisalignmentVertical(LogMisalignment):
 
 
 class PositionLeverArm(PlacedSensor):
-    """The antenna (or tracked mark) sits away from the origin of the model.
+    """The antenna (or tracked mark) sits away from the origin of the model, or from the place that the study states.
 
     A receiver's velocity north and east, or its speed and course over ground, is that of its antenna: where a log holds
     it, and the rate of turn, the arm acts on it too.
