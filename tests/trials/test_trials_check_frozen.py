@@ -19,3 +19,17 @@ def test_a_sway_that_stands_still_in_a_turn_without_noise_is_no_stuck_sensor(noi
     psi = np.concatenate([[0.0], np.cumsum(0.5 * (r[1:] + r[:-1]) * 0.2)])
     run = Trial("turn", t, {"delta": np.full_like(t, 0.2)}, {"psi": psi, "r": r, "v": v}, synthetic=True)
     assert ("stuck" in codes(check_trials([run]))) == stuck
+
+
+def test_a_speed_whose_noise_stops_is_stuck_though_no_other_channel_shows_it() -> None:
+    """Of an AUV's log in the diving plane a speed that stood still for 30 s was found by nothing."""
+    t, rng = np.arange(0.0, 120.0, 0.3), np.random.default_rng(1)
+    u, theta = (value + 0.01 * rng.standard_normal(len(t)) for value in (1.5, 0.1))
+    stuck, rest = u.copy(), u - 1.5
+    stuck[100:200] = u[100]
+    rest[100:200] = 0.0  # a log that says that the vehicle rests
+    for speed, found in ((u, False), (stuck, True), (rest, False), (np.round(stuck, 1), False)):
+        run = Trial("dive", t, {"n": np.ones_like(t)}, {"u": speed, "theta": theta})
+        assert ("stuck" in codes(check_trials([run]))) == found
+    still = Trial("dive", t, {"n": np.ones_like(t)}, {"u": stuck, "theta": np.where(stuck == u[100], 0.1, theta)})
+    assert "stuck" not in codes(check_trials([still])), "where all stand still, the vehicle may"

@@ -134,6 +134,8 @@ HELD_CATCH_UP = 1.25
 STUCK_PART = 0.1
 """Part of the trial (at least STUCK_SECONDS) that a sensor gives one value while related channels move."""
 STUCK_SECONDS = 5.0
+SELDOM_SAME = 0.2
+"""Part of a sensor's steps that change nothing, up to which noise moves it: ten samples alike are then no chance."""
 FROZEN_PATH = 0.1
 """Part of the distance sailed that lies along an axis: a course nearer to square (6 deg) leaves that position alone."""
 FROZEN_DISTANCE = 1.0

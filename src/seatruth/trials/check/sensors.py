@@ -64,7 +64,7 @@ def _held(trial: Trial, alone: Trial, name: str) -> Iterator[Finding]:
     begin, end = float(alone.t[rows[0]]), float(alone.t[rows[-1]])
     seconds = end - begin
     long = seconds > max(limits.STUCK_SECONDS, limits.STUCK_PART * trial.duration)
-    moved = moving(trial, name, begin, end)[0] if long else ""
+    moved = (moving(trial, name, begin, end)[0] or _falls_silent(trial, alone, name, rows)) if long else ""
     if moved:
         yield make_finding(
             alone,
@@ -88,6 +88,35 @@ def _held(trial: Trial, alone: Trial, name: str) -> Iterator[Finding]:
             channel=name,
             samples=held,
         )
+
+
+def _falls_silent(trial: Trial, alone: Trial, name: str, rows: NDArray[np.int64]) -> str:
+    """That a sensor's noise stops in a stretch, in words; "" where it may stand still, as at rest.
+
+    Elsewhere it hardly ever repeats a value, here it repeats one that is not zero, and other sensors go on.
+    """
+    values = alone.outputs[name]
+    steps, outside = np.diff(values) == 0.0, np.ones(len(values) - 1, dtype=np.bool_)
+    outside[rows[:-1]] = False
+    few = rows.size < limits.FEW_SAMPLES or not outside.any()
+    if few or values[rows[0]] == 0.0 or float(steps[outside].mean()) > limits.SELDOM_SAME:
+        return ""
+    if not _is_noisy(np.delete(values, rows)):
+        return ""
+    end = np.nextafter(alone.t[rows[-1]], np.inf)
+    part = trial.section(*np.searchsorted(trial.t, [alone.t[rows[0]], end]).tolist())
+    for other in (one for one in part.outputs if one != name):
+        series = part.outputs[other][np.isfinite(part.outputs[other])]
+        same = float((np.diff(series) == 0.0).mean()) if series.size > limits.FEW_SAMPLES else 1.0
+        if same < limits.SELDOM_SAME and _is_noisy(series):
+            return f"elsewhere its noise never stops, and that of {other} goes on"
+    return ""
+
+
+def _is_noisy(values: Array) -> bool:
+    """Whether steps from sample to sample are noise, and not motion."""
+    finite = values[np.isfinite(values)]
+    return white_noise(np.diff(finite, n=2)) > 0.5 * float(np.median(np.abs(np.diff(finite))))
 
 
 def held_samples(values: Array) -> NDArray[np.int64]:
