@@ -35,9 +35,9 @@ _AS_PROBABLE = 2
 def fit_siblings(found: Search) -> None:
     """Fits the leading sets with each of their effects replaced by a sibling.
 
-    By one that explains as much alone, or by what else is about as probable alone, where there are several effects. Of
-    an AUV whose stern plane stood off, that was 9 nats behind an asymmetry of the hull alone, and was never fitted
-    beside the cross-flow drag that led with it. Where only forces hold the runs near their
+    By one that explains as much alone, where there are several effects, and those of the leading set also by what else
+    is about as probable alone: of an AUV whose stern plane stood off, that was 9 nats behind an asymmetry of the hull
+    alone, and was never fitted beside the cross-flow drag that led with it. Where only forces hold the runs near their
     records, those of the leading set also by one at the same place that was never fitted: what its linearized gain says
     of such runs is little. Of an ROV whose six thrusters lagged by 0.25 s a dead time and a rate limit together were
     the answer, the lag hopeless.
@@ -49,7 +49,9 @@ def fit_siblings(found: Search) -> None:
     for place, at in enumerate(sets[: settings.leaders]):
         new = place == 0 and at.discrepancy and strays(found)
         for name in at.effects:
-            others = [*siblings(found, name), *as_probable_alone(found, name)] if len(at.effects) > 1 else []
+            several = len(at.effects) > 1
+            others = siblings(found, name) if several else []
+            others += as_probable_alone(found, name) if several and place == 0 else []
             for other in (*others, *(_never_fitted(found, name) if new else ())):
                 _in_its_place(found, at, name, other)
 
