@@ -21,6 +21,7 @@ import seatruth.sample
 from seatruth import Diagnosis, Trial
 from seatruth.diagnosis.pipeline import diagnose
 from seatruth.diagnosis.results import NAME
+from seatruth.errors import BadInput
 from seatruth.progress import ProgressEvent
 from seatruth.storage.checkpoint import StaleCheckpoint
 
@@ -266,4 +267,12 @@ def test_a_fault_beside_the_search_costs_that_part_alone(
     assert found.verdict.sentence
     monkeypatch.setenv("SEATRUTH_DEBUG", "1")
     with pytest.raises(KeyError):
+        small.diagnosed(ship_folder, offset_runs)
+
+    def refused(*_: Any) -> Any:
+        raise BadInput("the trials need 9 GB")
+
+    monkeypatch.delenv("SEATRUTH_DEBUG")
+    monkeypatch.setattr("seatruth.diagnosis.pipeline.odd_trials", refused)
+    with pytest.raises(BadInput, match="9 GB"):
         small.diagnosed(ship_folder, offset_runs)

@@ -213,6 +213,8 @@ def _set_aside_where_it_fails(what: str, study: Study, findings: list[Finding]) 
     """A part of the diagnosis that fails is left out, and a finding says so: minutes of fits would be lost with it."""
     try:
         yield
+    except SeatruthError:  # says itself what is wrong
+        raise
     except (np.linalg.LinAlgError, ArithmeticError) as trouble:
         text = f"Left out: {what}, because its algebra failed ({trouble})."
         do = "Look for wild values in the trials (`seatruth check`)."
