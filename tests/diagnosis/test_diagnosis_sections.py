@@ -119,9 +119,9 @@ def test_trials_along_which_runs_part_are_cut_before_anything_is_fitted(monkeypa
     problem = Problem(seatruth.sample.load("diagnose.toml"), load_effects(["current"]), Settings())
     fitted: list[int] = []
     monkeypatch.setattr(searching, "fit_null", lambda found, _: fitted.append(found.problem.settings.sections))
-    monkeypatch.setattr(Growth, "sections", property(lambda _: 2))
+    monkeypatch.setattr(Growth, "sections", 2)
     for too_far, may_cut, sections in ((False, True, 1), (True, False, 1), (True, True, 2)):
-        monkeypatch.setattr(Growth, "is_too_far", property(lambda _: too_far))  # noqa: B023
+        monkeypatch.setattr(Growth, "is_too_far", too_far)
         searching._begun(problem, Checkpoint(None, ""), lambda *_: None, 10, may_cut=may_cut)
         assert fitted.pop() == sections
         assert not fitted

@@ -87,8 +87,8 @@ class Growth:
 
     @property
     def is_too_far(self) -> bool:
-        """Whether errors grow too far over a whole trial."""
-        return bool((self.over(1) > TOO_FAR).any())
+        """Whether errors grow too far over a whole trial, and trials are long enough to be cut."""
+        return bool((self.over(1) > TOO_FAR).any()) and self.sections > 1
 
     def __str__(self) -> str:
         """Along which trial errors grow most, and by how much."""
@@ -123,7 +123,7 @@ def too_far(problem: EstimationProblem) -> Growth | None:
     run = simulator(model, problem.trials, (), values, options.hold, options.max_step, 1)
     states = [channel.name for channel in model.states if channel.name not in {*model.hidden, *model.follows}]
     found = Growth(run, np.zeros(0), problem.trials, values, states)
-    return found if found.is_too_far and found.sections > 1 else None
+    return found if found.is_too_far else None
 
 
 def _slopes(

@@ -138,7 +138,7 @@ def _begun(problem: Problem, store: Checkpoint, say: Say, expected: int, *, may_
     """
     may_cut = may_cut and problem.few_runs is None
     grown = _growth(problem) if may_cut else None
-    if grown is not None and grown.is_too_far and grown.sections > 1:
+    if grown is not None and grown.is_too_far:
         sections = grown.sections
         order = [(sections, True), (1, False)]
     else:
