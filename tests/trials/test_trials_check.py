@@ -321,6 +321,10 @@ def test_time_axis() -> None:
     found = {finding.code: finding for finding in check_trials([GOOD.samples(kept)])}
     assert "jumped" not in found["time-gap"].message
     assert "split_at_gaps" in found["time-gap"].do
+    moored = np.random.default_rng(1).normal(0.0, 0.4, (2, len(GOOD)))
+    for wander in (moored, np.cumsum(0.02 * moored, axis=1)):  # white noise, and a slow error
+        rest = replace(GOOD, t=t, outputs={"x": wander[0], "y": wander[1]})
+        assert "jumped" not in next(f for f in check_trials([rest]) if f.code == "time-gap").message
     without = replace(GOOD, t=t, outputs={name: y for name, y in GOOD.outputs.items() if name not in ("x", "y")})
     assert "jumped" not in next(f for f in check_trials([without]) if f.code == "time-gap").message
     uneven = GOOD.t + 0.03 * np.sin(7.0 * np.arange(len(GOOD)))

@@ -17,8 +17,10 @@ from seatruth.trials.finding import Finding
 from seatruth.trials.prepare.base import gaps
 from seatruth.trials.trial import Trial
 
-_AROUND = 5
-"""Positions on either side of a pause that tell the speed and the turn there. [S]"""
+_AROUND, _PART = 5, 0.25
+"""Positions on either side of a pause, at least, and part of its time, that tell the speed and the turn there. [S]"""
+_AHEAD = 0.8
+"""Part of the way from position to position that leads on, from which a vehicle moves; noise leads nowhere. [S]"""
 _HARDLY = 0.25
 """Part of the way that a vehicle comes in a pause, within which it came as far as in no time. [S]"""
 _FEWEST_OWN = 3
@@ -82,30 +84,41 @@ def _jumped(trial: Trial, last: int) -> str:
     """That a clock jumped after a sample, in words; "" where the vehicle moved on, or nobody can say.
 
     From its speed and rate of turn on either side of the pause a vehicle would have come so far. One that has hardly
-    moved went on at the next sample: no time passed.
+    moved went on at the next sample: no time passed. One at rest, whose positions wander, is not asked.
     """
     if not has_channels(trial, "x", "y"):
         return ""
     x, y = (np.asarray(trial.outputs[name]) for name in ("x", "y"))
     there = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
-    before, after = there[there <= last][-_AROUND:], there[there > last][:_AROUND]
+    t, track = trial.t, x + 1j * y
+    near = _PART * float(t[last + 1] - t[last])
+    before, after = there[there <= last], there[there > last]
     if min(before.size, after.size) < _AROUND:
         return ""
-    t, track = trial.t, x + 1j * y
+    before = before[min(before.size - _AROUND, int(np.searchsorted(t[before], t[last] - near))) :]
+    after = after[: max(_AROUND, int(np.searchsorted(t[after], t[last + 1] + near)))]
+    if any(abs(complex(track[side][-1] - track[side][0])) < _AHEAD * _path(track[side]) for side in (before, after)):
+        return ""  # at rest, or as slow as its noise
     seconds = float(t[after[0]] - t[before[-1]])
     at_once = seconds - float(t[last + 1] - t[last]) + float(np.median(np.diff(t)))
     moved = abs(complex(track[after[0]] - track[before[-1]]))
     on, none = (min(_way(t[side], track[side], s) for side in (before, after)) for s in (seconds, at_once))
     return (
         f" Over it the vehicle moved by {moved:.2g} m, where its speed gives {on:.2g} m: its clock jumped."
-        if abs(moved - none) < _HARDLY * (on - none)
+        if abs(moved - none) < _HARDLY * (on - none) and on < max(float(np.ptp(x[there])), float(np.ptp(y[there])))
         else ""
     )
 
 
+def _path(track: NDArray[np.complex128]) -> float:
+    """Sum of the ways from position to position, m."""
+    return float(np.abs(np.diff(track)).sum())
+
+
 def _way(t: Array, track: NDArray[np.complex128], seconds: float) -> float:
     """How far a vehicle comes, m, that goes on for a time, s, with the speed and the turn of these positions."""
-    v = np.diff(track) / np.diff(t)
+    nodes = np.linspace(0, len(t) - 1, _AROUND).round().astype(int)
+    v = np.diff(track[nodes]) / np.diff(t[nodes])
     turn = float(np.angle(v[-1] * np.conj(v[0]))) / float(t[-1] - t[0])
     return float(np.median(np.abs(v))) * seconds * abs(float(np.sinc(0.5 * turn * seconds / np.pi)))
 
